@@ -108,10 +108,39 @@ fn an_environment_is_converted_to_the_light_of_compact_maps() {
         (&["-o", "a", "--to", "taps", "--lights", "few"], "a whole number of lights, or \"all\""),
         (&["-o", "a", "--to", "taps", "--precision", "half"], "--precision is an option of --to environment"),
         (&["-o", "a", "--to", "taps", "-r", "48"], "the nearest is 64"),
-        (&["-o", "a", "--to", "taps", "--format", "safetensors"], "is not the name of what"),
+        (&["-o", "a", "--to", "taps", "--format", "safetensors"], "does not have a name that fits"),
     ] {
         project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
     }
+}
+
+#[test]
+fn a_grey_card_or_what_was_white_balances_a_photograph() {
+    let project = Project::assets_alone();
+    let image = |options: &[&str]| {
+        project.ok(&[&["convert", STUDIO, "-o", "a.exr", "--precision", "float"], options].concat());
+        let bytes = fs::read(project.path("a.exr")).unwrap();
+        containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image
+    };
+    let [card, warm, same] = [
+        image(&["--grey-card", "200,100,8,4"]),
+        image(&["--white-balance", "0.9,0.6,0.3"]),
+        image(&["--white-balance", "6504"]),
+    ];
+    let of_card = |c: usize| {
+        let rows = card.pixels().chunks(card.width()).skip(100).take(4);
+        let sum: f32 = rows.flat_map(|row| &row[200..208]).map(|pixel| pixel[c]).sum();
+        sum / 32.0
+    };
+    for c in 0..3 {
+        assert!((of_card(c) - 0.18).abs() < 1e-5, "{}", of_card(c));
+    }
+    let ratio = |c: usize| warm.pixels()[77][c] / same.pixels()[77][c];
+    assert!((ratio(2) / ratio(0) - 3.0).abs() < 1e-5);
+    let wrong = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "1,2,3"];
+    project.specula(&wrong).ends(2, ["--grey-card", "[left, top, width, height]"]);
+    let far = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "600,2,3,4"];
+    project.specula(&far).ends(1, ["not within the picture of 512 x 256"]);
 }
 
 /// `--engine` writes what `export-engine` makes of each environment, or the one file that is named.
@@ -206,7 +235,7 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         (&["-o", "x.safetensors"], "--to taps -o x.safetensors` writes the light of compact maps"),
         (&["-o", "x.json"], "`specula convert-sh` converts spherical harmonics"),
         (&["-o", "x.usda"], "export-light-rig writes suns and lamps"),
-        (&["-o", "x.tif"], "the extension of x.tif is no image's"),
+        (&["-o", "x.tif"], "x.tif does not have the extension of an image"),
     ] {
         project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
     }
@@ -237,7 +266,7 @@ fn a_conversion_that_is_impossible_says_why_and_leaves_what_was_there() {
     for (arguments, code, words) in [
         (&["none.exr", "-o", "kept.exr"][..], 2, "cannot read none.exr"),
         (&["notes.hdr", "-o", "kept.exr"], 1, "notes.hdr"),
-        (&[STUDIO, "-o", "kept"], 2, "the extension of kept is no image's"),
+        (&[STUDIO, "-o", "kept"], 2, "kept does not have the extension of an image"),
         (&[STUDIO, "-o", "kept.exr", "--format", "rgbe"], 2, "is not the name of a file in the format rgbe"),
         (&[STUDIO, "-o", "kept.exr", "--layout", "cubes"], 2, "did you mean \"cube\"?"),
         (&[STUDIO, "-o", "kept.ktx2", "--layout", "cube-cross"], 2, "a texture is \"lat-long\" or \"cube\""),

@@ -214,6 +214,9 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
         "model = \"layers\"\nlayers = [{ layers = [{ model = \"lambert\", albedo = 1 }] }]",
         "model = \"lafortune\"\nlobes = [{ cx = -1, cz = 1, n = 4 }]",
         "model = \"ggx\"\nroughness_x = 0.2\nroughness_y = 0.6\nior = 1.5",
+        "material = \"copper\"",
+        "material = \"red-paint\"\nroughness = 0.4\nclearcoat = 1",
+        "layers = [{ material = \"copper\" }, { model = \"lambert\", albedo = 0.1 }]",
     ];
     let mistakes = [
         "",
@@ -228,6 +231,9 @@ fn material_files_are_valid_and_mistakes_in_them_are_not() {
         "model = \"lafortune\"\nlobes = [{ cx = -1, cz = 1 }]",
         "model = \"lafortune\"\nlobes = { cx = -1, cz = 1, n = 4 }",
         "model = \"measured\"",
+        "material = \"coper\"",
+        "material = \"copper\"\nexponent = 3",
+        "material = \"copper\"\nlayers = []",
         "model = \"measured\"\nfile = \"a.binary\"\nformat = \"mer\"",
         "layers = []",
         "layers = [{ model = \"lambert\" }]",

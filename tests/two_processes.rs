@@ -31,7 +31,7 @@ fn a_build_that_does_not_wait_names_the_holder_of_the_lock() {
     let project = Project::small();
     let lock = hold(&project);
     let run = project.specula(&["build", "--wait=0"]).ends(4, []);
-    let who = "error: specula watch (process 77, since 2026-03-01 09:30:05 UTC) is at work in ";
+    let who = "error: specula watch (process 77, since 2026-03-01 09:30:05 UTC) is already running in ";
     assert!(run.stderr.contains(who) && run.stderr.contains("hint: "), "{}", run.stderr);
     // Commands that only read do not need the lock.
     project.ok(&["build", "--dry-run"]);

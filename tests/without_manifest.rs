@@ -62,6 +62,39 @@ fn init_writes_a_manifest_for_what_is_in_a_folder() {
 }
 
 #[test]
+fn presets_are_inspected_by_name_and_written_as_files() {
+    let project = Project::new("");
+    fs::remove_file(project.path("pipeline.toml")).unwrap();
+    let text = project.ok(&["inspect", "copper"]).stdout;
+    assert!(
+        text.starts_with("material      copper: a satin metal that reflects 0.932 0.623 0.522 "),
+        "{text}"
+    );
+    assert!(text.lines().last().unwrap().starts_with("  angle 89"), "{text}");
+    project.specula(&["inspect", "coper"]).ends(2, ["did you mean \"copper\"?"]);
+    project.specula(&["preview", "coper", "--still", "a.png"]).ends(2, ["did you mean \"copper\"?"]);
+    project.specula(&["preview", "copper", "--manifest"]).ends(2, ["copper is a preset"]);
+
+    project.specula(&["init", "--materials"]).ends(0, ["material.schema.json", "pipeline.toml"]);
+    let copper = fs::read_to_string(project.path("assets/materials/copper.toml")).unwrap();
+    assert!(copper.contains("\n# base_color ") && copper.contains("Johnson and Christy"), "{copper}");
+    let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    assert!(manifest.contains("source = \"assets/materials/*.toml\""), "{manifest}");
+    // Beside a manifest, files that exist stay as they are.
+    project.write("assets/materials/copper.toml", "material = \"copper\"\nroughness = 0.5\n");
+    fs::remove_file(project.path("assets/materials/gold.toml")).unwrap();
+    let again = project.specula(&["init", "--materials"]).ends(0, ["kept  ", "wrote "]);
+    assert_eq!(again.stderr.matches("wrote ").count(), 1, "{}", again.stderr);
+    project.write(
+        "pipeline.toml",
+        "schema = 1\n[stage]\nmaterial = { kind = \"import-material\", source = \"assets/materials/*.toml\" }\n\
+         pot = { kind = \"import-material\", material = \"copper\" }\n",
+    );
+    let run = project.ok(&["build"]);
+    assert!(run.stderr.contains("21 items ran"), "{}", run.stderr);
+}
+
+#[test]
 fn init_writes_the_sample_with_its_assets() {
     let project = Project::assets_alone();
     project.ok(&["init", "--sample", "sample"]);

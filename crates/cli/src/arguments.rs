@@ -81,7 +81,8 @@ pub(crate) enum Command {
     },
     /// Describe a file: its shape, frame, range and recipe
     Inspect {
-        /// An exported file, an artifact in `.specula/blobs`, or an image from elsewhere
+        /// An exported file, an artifact in `.specula/blobs`, an image from elsewhere, a material file, or the
+        /// name of a preset such as copper
         file: PathBuf,
         /// Print JSON
         #[arg(long)]
@@ -110,6 +111,9 @@ pub(crate) enum Command {
         /// Write the sample project, with its assets
         #[arg(long, conflicts_with = "engine")]
         sample: bool,
+        /// Write the preset materials to assets/materials too, also beside a manifest that exists
+        #[arg(long, conflicts_with = "sample")]
+        materials: bool,
     },
     /// Print the script that completes this command's arguments in a shell
     Completions {
@@ -359,8 +363,8 @@ pub(crate) struct WatchingArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct PreviewArguments {
-    /// A manifest [default: the nearest pipeline.toml]; or images, materials and meshes to look at without
-    /// one
+    /// A manifest [default: the nearest pipeline.toml]; or images, materials (files, or presets such as
+    /// copper) and meshes to look at without one
     #[arg(value_name = "MANIFEST|FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// With files: print the manifest that shows them, and open no window

@@ -6,6 +6,7 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use containers::{Format, is_texture_ending};
+use stages::Preset;
 
 /// Files by what they are, each list sorted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,8 +56,10 @@ impl Assets {
     pub(crate) fn named(files: &[PathBuf]) -> Result<Self, String> {
         let mut assets = Self::default();
         for file in files {
-            let kind =
-                fs::metadata(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+            let kind = fs::metadata(file).map_err(|error| {
+                let advice = no_preset(file, &error).map(|advice| format!("; {advice}")).unwrap_or_default();
+                format!("cannot read {}: {error}{advice}", file.display())
+            })?;
             if kind.is_dir() {
                 let found = Self::found(file);
                 if found == Self::default() {
@@ -164,7 +167,10 @@ impl Assets {
             &mut self.environments
         } else if stages::is_gltf_file(&name) {
             &mut self.meshes
-        } else if stages::is_measured_file(&name) || is_material(file, &ending) {
+        } else if stages::is_measured_file(&name)
+            || stages::is_materialx_file(&name)
+            || is_material(file, &ending)
+        {
             &mut self.materials
         } else {
             return false;
@@ -196,12 +202,41 @@ fn is_bright(file: &Path) -> bool {
         .is_ok_and(|file| containers::declares_high_dynamic_range(&mut io::BufReader::new(file)))
 }
 
-/// Whether a file is a TOML file that names a model, as materials do.
+/// The preset that a path names, if no file or folder has this name.
+pub(crate) fn preset(path: &Path) -> Option<&'static Preset> {
+    let name = path.to_str().filter(|_| !path.exists())?;
+    Preset::named(name).ok()
+}
+
+/// A file and its bytes; those of a material file if the path names a preset and no file.
+///
+/// # Errors
+/// If there is neither: a message, and advice if the path could be meant as the name of a preset.
+pub(crate) fn file_or_preset(path: &Path) -> Result<(PathBuf, Vec<u8>), (String, Option<String>)> {
+    if let Some(preset) = preset(path) {
+        return Ok((path.with_extension("toml"), preset.text.as_bytes().to_vec()));
+    }
+    match engine::read_file(path) {
+        Ok(bytes) => Ok((path.to_path_buf(), bytes)),
+        Err(error) => Err((format!("cannot read {}: {error}", path.display()), no_preset(path, &error))),
+    }
+}
+
+/// Advice for a path that does not exist and could be meant as the name of a preset.
+fn no_preset(path: &Path, error: &io::Error) -> Option<String> {
+    let is_word = path.extension().is_none() && path.components().count() == 1;
+    let name = path.to_str().filter(|_| is_word && error.kind() == io::ErrorKind::NotFound)?;
+    Preset::named(name).err().filter(|advice| advice.contains("did you mean"))
+}
+
+/// Whether a file is a TOML file that names a model or a preset, as materials do.
 fn is_material(file: &Path, ending: &str) -> bool {
     let text = || engine::read_file(file).ok().and_then(|bytes| String::from_utf8(bytes).ok());
     ending == "toml"
         && text().is_some_and(|text| {
-            toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("model"))
+            toml::from_str::<toml::Table>(&text).is_ok_and(|table| {
+                table.contains_key("model") || table.get("material").is_some_and(toml::Value::is_str)
+            })
         })
 }
 
@@ -357,6 +392,7 @@ mod tests {
         };
         let sky = write("light/Sky.HDR", "");
         let gold = write("gold.toml", "model = \"phong\"\n");
+        let pot = write("pot.toml", "material = \"copper\"\n");
         let knot = write("mesh/knot.glb", "");
         let paint = write("paint.binary", "");
         let texture = write("texture.png", "");
@@ -370,7 +406,7 @@ mod tests {
         let manifest = write("pipeline.toml", "schema = 1\n");
         let found = Assets::found(folder.path());
         assert_eq!(found.environments, [sky, sunrise]);
-        assert_eq!((found.materials, found.meshes), (vec![gold.clone(), paint], vec![knot]));
+        assert_eq!((found.materials, found.meshes), (vec![gold.clone(), paint, pot], vec![knot]));
         assert_eq!(Assets::named(std::slice::from_ref(&texture)).unwrap().environments, [texture]);
         assert!(is_manifest(&manifest) && !is_manifest(&gold));
         // What has the ending of no format that is read is nothing.

@@ -106,7 +106,7 @@ fn describe_verified(verified: &Verified) -> String {
     let intact = amount(verified.intact, "file");
     text += &match verified.lost.len() {
         0 => format!("{intact}: all intact\n"),
-        n => format!("{intact} intact, {n} not; `specula build` makes those again that it needs\n"),
+        n => format!("{intact} intact, {n} not; `specula build` remakes those that it needs\n"),
     };
     text
 }

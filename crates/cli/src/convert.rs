@@ -308,7 +308,9 @@ fn no_format(arguments: &ConvertArguments) -> String {
         Some("toml") => "`specula init` writes a manifest".into(),
         Some(_) => "or --format".into(),
     };
-    format!("the extension of {output} is no image's; expected .exr, .hdr, .png, .ktx2 or .dds; {other}")
+    format!(
+        "{output} does not have the extension of an image; expected .exr, .hdr, .png, .ktx2 or .dds; {other}"
+    )
 }
 
 /// The extension of a path, in small letters.
@@ -359,7 +361,7 @@ fn light_format(arguments: &ConvertArguments, is_many: bool) -> Result<String, S
         None => "ktx2",
     };
     if !is_many && is_file != (format == TENSORS) {
-        return Err(format!("{} is not the name of what the format {format} has", output.display()));
+        return Err(format!("{} does not have a name that fits the format {format}", output.display()));
     }
     Ok(format.to_owned())
 }

@@ -123,7 +123,7 @@ fn read(bytes: &[u8], from: Option<Preset>) -> Result<Converted, String> {
     if numbers.is_empty() || !numbers.len().is_multiple_of(3) {
         return Err(format!("expected 27 numbers, found {}", numbers.len()));
     }
-    let preset = from.ok_or("text does not say its convention; give --from")?;
+    let preset = from.ok_or("plain text does not name its convention; give --from")?;
     let rows: Vec<Vec<f64>> = numbers.chunks_exact(3).map(<[f64]>::to_vec).collect();
     let tables = match preset {
         Preset::BabylonEnv => rows.into_iter().map(|row| vec![row]).collect(),

@@ -5,7 +5,7 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use engine::Kinds;
-use stages::{ENGINES, Engine};
+use stages::{ENGINES, Engine, PRESETS, Preset};
 
 use crate::arguments::{MANIFEST, SchemaSubject};
 use crate::assets::{Assets, Recognised};
@@ -29,8 +29,26 @@ const MATERIAL_FOLDER: &str = "assets/materials";
 const SCHEMAS: [(&str, SchemaSubject); 2] =
     [("pipeline.schema.json", SchemaSubject::Pipeline), ("material.schema.json", SchemaSubject::Material)];
 
-pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, kinds: &Kinds) -> Exit {
+/// The first line of a material file that editors find the schema by.
+const MATERIAL_SCHEMA: &str = "#:schema ../../material.schema.json\n\n";
+
+pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: bool, kinds: &Kinds) -> Exit {
     let manifest = folder.join(MANIFEST);
+    if materials {
+        let text = |preset: &Preset| format!("{MATERIAL_SCHEMA}{}", preset.text).into_bytes();
+        let files =
+            PRESETS.iter().map(|preset| (format!("assets/materials/{}.toml", preset.name), text(preset)));
+        let [_, (schema, subject)] = SCHEMAS;
+        let schema = (schema.to_owned(), schema::text(subject, kinds).into_bytes());
+        // A new manifest brings the schema with it.
+        let schema = manifest.exists().then_some(schema);
+        if let Err(exit) = write_all(folder, files.chain(schema)) {
+            return exit;
+        }
+        if manifest.exists() {
+            return Exit::Success;
+        }
+    }
     if manifest.exists() {
         say!("error: {} already exists; nothing was written", manifest.display());
         return Exit::Usage;
@@ -66,16 +84,8 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, kinds: &Kin
         }
         SCHEMAS.iter().for_each(|(name, subject)| add(name, schema::text(*subject, kinds).as_bytes()));
     }
-    for (name, bytes) in files {
-        let path = folder.join(&name);
-        match write_new(&path, &bytes) {
-            Ok(true) => say!("wrote {}", path.display()),
-            Ok(false) => say!("kept  {}", path.display()),
-            Err(error) => {
-                say!("error: cannot write {}: {error}", path.display());
-                return Exit::System;
-            }
-        }
+    if let Err(exit) = write_all(folder, files.into_iter()) {
+        return exit;
     }
     for (file, reason) in found.left_out.iter().chain(&of_meshes.left_out) {
         say!("left out {}: {reason}", file.display());
@@ -104,6 +114,22 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, kinds: &Kin
     }
     say!("Next: copy a lat-long .exr or .hdr image to {}, then run `specula build`.", environments.display());
     Exit::Success
+}
+
+/// Writes those of some files, by their paths in the folder, that do not exist, and says which.
+fn write_all(folder: &Path, files: impl Iterator<Item = (String, Vec<u8>)>) -> Result<(), Exit> {
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        match write_new(&path, &bytes) {
+            Ok(true) => say!("wrote {}", path.display()),
+            Ok(false) => say!("kept  {}", path.display()),
+            Err(error) => {
+                say!("error: cannot write {}: {error}", path.display());
+                return Err(Exit::System);
+            }
+        }
+    }
+    Ok(())
 }
 
 fn named(name: &str) -> Option<&'static Engine> {

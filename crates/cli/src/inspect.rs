@@ -1,6 +1,7 @@
 //! `specula inspect`: describes a file: its format, shape, frame, range, and the recipe that made it.
 
 mod facts;
+mod in_words;
 mod layers;
 mod material;
 mod mesh;
@@ -21,7 +22,9 @@ use serde_json::{Value, json};
 use sh::Expansion;
 
 use self::facts::{Facts, range};
+use self::in_words::in_words;
 pub(crate) use self::shader::print_shader;
+use crate::assets;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
 use crate::print;
@@ -33,8 +36,9 @@ const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +
 /// Describes a file. With a `picture`, a material or a BRDF table is drawn to that file too.
 pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<Exit, CommandError> {
     let failed = |chain: &[String], help: Option<&str>| CommandError::usage(chain).with_help(help);
-    let bytes = engine::read_file(file)
-        .map_err(|error| failed(&[format!("cannot read {}: {error}", file.display())], None))?;
+    let read = assets::file_or_preset(file);
+    let (file, bytes) = read.map_err(|(message, help)| failed(&[message], help.as_deref()))?;
+    let file = &*file;
     let material = material::read(file, &bytes).transpose();
     let material = material.map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
     let by_name = match &material {
@@ -46,7 +50,7 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
         let pictures = Format::ALL.iter().map(|format| format.name());
         let pictures = pictures.chain(texture_containers()).collect::<Vec<_>>().join(", ");
         let help = format!(
-            "inspect reads {pictures}, .env, safetensors, glTF, JSON lighting, material files and \
+            "inspect reads {pictures}, .env, safetensors, glTF, JSON lighting, material files, MaterialX and \
              measured BRDFs"
         );
         failed(&[format!("{}: {error}", file.display())], Some(&help))
@@ -116,7 +120,7 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
             vec![("what", "scene of lights".into()), ("format", "USD text".into()), ("lights", count.into())]
         }
         None if engine::stands_for_no_file(bytes) => {
-            vec![("what", "in place of a declared file that its item does not export".into())]
+            vec![("what", "stands in for a declared file that its item does not export".into())]
         }
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,
@@ -276,7 +280,11 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.extend(range("coefficients of radiance", lighting.coefficients().iter().copied()));
             facts.extend(reflection.lamps().and_then(|lamps| lights(&lamps.lights)));
         }
-        "material" => facts.extend(material::checked(&tensors::decode_material(bytes)?)),
+        "material" => {
+            let material = tensors::decode_material(bytes)?;
+            facts.insert(0, ("material", in_words(&material).into()));
+            facts.extend(material::checked(&material));
+        }
         "environment" => {
             let environment = tensors::decode_environment(bytes)?;
             facts.push(("frame", ENVIRONMENT_FRAME.into()));

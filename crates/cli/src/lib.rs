@@ -117,7 +117,9 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
         Command::Convert(arguments) => convert::run(&arguments, kinds),
         Command::ConvertSh(arguments) => convert_sh::run(&arguments),
         Command::TestPattern(arguments) => test_pattern::run(&arguments, kinds),
-        Command::Init { folder, engine, sample } => Ok(init::run(&folder, engine.as_deref(), sample, kinds)),
+        Command::Init { folder, engine, sample, materials } => {
+            Ok(init::run(&folder, engine.as_deref(), sample, materials, kinds))
+        }
         Command::Completions { shell } => Ok(completions::run(shell)),
         Command::Complete { words } => Ok(completions::complete(&words, kinds)),
         Command::RunItem { item } => run_item::run(&item, kinds),

@@ -28,7 +28,9 @@ fn page(kind: &dyn ErasedKind) -> String {
     let mut text = format!("# {}\n\n{}\n", kind.name(), kind.manual().trim_end());
     text += "\n## Ports\n\n";
     if kind.has_source() {
-        text += "- `source`: a path relative to the manifest, or a glob that makes an item of each file.\n";
+        let or = kind.built_in_parameter().map(|name| format!(" `{name}` can take its place."));
+        text += "- `source`: a path relative to the manifest, or a glob that makes an item of each file.";
+        text += &format!("{}\n", or.unwrap_or_default());
     }
     for port in kind.ports() {
         let many = if port.many { ", all items with matching keys" } else { "" };

@@ -207,9 +207,9 @@ impl WatchReporter {
                 self.line(
                     "stopped",
                     &format!(
-                        "{item} was started again and again, because each time {files} changed with its build: \
-                         something in the build writes what it reads. It is tried once more after ten seconds, and \
-                         goes on when another file changes."
+                        "{item} was restarted again and again, because each of its builds changed {files}: something in \
+                         the build writes what it reads. It will be tried again in ten seconds, or when another file \
+                         changes."
                     ),
                 );
             }
@@ -460,7 +460,7 @@ fn in_words(change: &Change) -> String {
 }
 
 /// If the system dropped events, every file of the folder is examined.
-const LOST: &str = "events were lost, so everything in it is checked";
+const LOST: &str = "events were lost, so everything in it will be checked";
 
 /// How the watcher gets changes.
 pub(crate) fn watching(folders: usize, poll_milliseconds: Option<f64>, because: Option<&str>) -> String {

@@ -4,6 +4,7 @@ mod brdf_table_metadata;
 pub(crate) mod gltf;
 pub(crate) mod light_rig;
 pub mod lighting_json;
+mod materialx;
 pub mod measured;
 mod shrm_metadata;
 pub mod tensors;
@@ -19,5 +20,6 @@ pub use gltf::{
     write_gltf_image_based_light, write_into_gltf,
 };
 pub use light_rig::{SceneAxes, write_csv_lights, write_gltf_lights, write_tscn_lights, write_usda_lights};
+pub use materialx::{MaterialxMaterial, read_materialx_material};
 pub use shrm_metadata::{row_names, shrm_metadata};
 pub use web_page::{escape_html, is_web_page, recipe_element};

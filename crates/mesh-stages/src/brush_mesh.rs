@@ -1,7 +1,14 @@
 //! Brushes a mesh: sets the direction in which an anisotropic material is stretched, its tangents.
 //!
-//! `roughness_x` and `exponent_x` of a material are along the tangent, which a file gives for its textures'
-//! sake. With `vector` the tangent of each vertex is that vector projected into the surface, T = b - N (N.b),
+//! ```toml
+//! [stage.brushed]
+//! kind = "brush-mesh"
+//! input = "mesh"
+//! vector = [0, 0, 1]
+//! ```
+//!
+//! `roughness_x` and `exponent_x` of a material are along the tangent, which a file defines for its textures.
+//! With `vector` the tangent of each vertex is that vector projected into the surface, T = b - N (N.b),
 //! normalised (Kautz, Sloan and Snyder 2002, section 6). `turn` then turns it about the normal: to cos(a) T +
 //! sin(a) B, B = w (N x T), w the sign of the mesh's tangent. Without `vector` the mesh's own tangents are
 //! turned.
@@ -21,15 +28,6 @@
 //! Where the vector is parallel to the normal it has no direction in the surface; there the mesh's own
 //! tangent stays, and a warning counts those vertices. Put this stage before `precompute-transfer` and
 //! `shade-vertices`, both of which take the frames of the mesh that arrives.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.brushed]
-//! kind = "brush-mesh"
-//! input = "mesh"
-//! vector = [0, 0, 1]
-//! ```
 
 use std::path::Path;
 

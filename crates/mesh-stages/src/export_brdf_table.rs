@@ -1,5 +1,13 @@
 //! Writes a BRDF table: the coefficients c_i(v) of a material, for renderers that shade with them.
 //!
+//! ```toml
+//! [stage.table-file]
+//! kind = "export-brdf-table"
+//! input = "table"
+//! format = "ktx2"
+//! path = "{material}/table"
+//! ```
+//!
 //! The manual of `tabulate-brdf` says what they are and where each view's texel lies. To shade a point: turn
 //! the light's coefficients into its frame (x, y the tangents, z the normal), look the table up at the view
 //! in that frame, and sum the products of both, row by row. The same numbers serve all points of a mesh.
@@ -23,16 +31,6 @@
 //!     vec2 p = v.z > 0.0 ? v.xy / (1.0 + v.z) : normalize(v.xy);
 //!     return vec2(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y);
 //! }
-//! ```
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.table-file]
-//! kind = "export-brdf-table"
-//! input = "table"
-//! format = "ktx2"
-//! path = "{material}/table"
 //! ```
 
 use brdf::BrdfTable;

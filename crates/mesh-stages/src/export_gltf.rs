@@ -1,6 +1,13 @@
 //! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes: in a file of its
 //! own, or in the asset that it was imported from.
 //!
+//! ```toml
+//! [stage.glb]
+//! kind = "export-gltf"
+//! inputs = { mesh = "mesh", radiance = "shaded", transfer = "matte-transfer", environment = "environment" }
+//! path = "{environment}/knot"
+//! ```
+//!
 //! | input | attributes | what they hold |
 //! | --- | --- | --- |
 //! | `radiance` | `COLOR_0` VEC3 | the radiance, exposed, clamped to 0 to 1, linear; viewers show it as it is |
@@ -80,20 +87,11 @@
 //! radiance times 2 to the power of `exposure`. With `environment` connected, an environment or a lighting,
 //! `exposure` is relative to that of its pictures, as in `preview` and `contact-sheet`. There is no tone
 //! curve. A note says how many numbers are clamped, or a warning if they are more than 1 % of all;
-//! `_RADIANCE` has them whole.
+//! `_RADIANCE` keeps them all.
 //!
 //! ## Files
 //!
 //! `.glb` after the item's `path`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.glb]
-//! kind = "export-gltf"
-//! inputs = { mesh = "mesh", radiance = "shaded", transfer = "matte-transfer", environment = "environment" }
-//! path = "{environment}/knot"
-//! ```
 
 use std::path::Path;
 

@@ -1,5 +1,11 @@
 //! Reads a mesh: the triangles of a glTF file, with a normal and a tangent at every vertex.
 //!
+//! ```toml
+//! [stage.mesh]
+//! kind = "import-mesh"
+//! source = "assets/meshes/*.{gltf,glb}"
+//! ```
+//!
 //! `source` names glTF 2.0 files, `.gltf` or `.glb`. A glob gives one item per file. Buffers in files beside
 //! a `.gltf` file are part of the mesh: the item is rerun when one of them changes.
 //!
@@ -24,14 +30,6 @@
 //!
 //! Buffers may lie in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires,
 //! or as they are on the disk.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.mesh]
-//! kind = "import-mesh"
-//! source = "assets/meshes/*.{gltf,glb}"
-//! ```
 
 use std::io::{Seek as _, SeekFrom};
 use std::path::Path;

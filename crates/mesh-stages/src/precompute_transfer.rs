@@ -1,6 +1,19 @@
 //! Bakes the shadows that a mesh casts onto itself, and the light that it reflects onto itself, for every
 //! light at once: a transfer matrix for each vertex.
 //!
+//! ```toml
+//! [stage.transfer]
+//! kind = "precompute-transfer"
+//! input = "mesh"
+//! degree = 4
+//! directions = 4096
+//!
+//! [stage.room]                       # with the light that its walls reflect
+//! kind = "precompute-transfer"
+//! inputs = { mesh = "mesh", material = "plaster" }
+//! bounces = 3
+//! ```
+//!
 //! > T_ij = integral over s of V(s) Y_i(R_p s) Y_j(s)
 //!
 //! (Kautz, Sloan and Snyder 2002, section 5), with V = 1 where the vertex sees the sky, and R_p the rotation
@@ -10,7 +23,7 @@
 //!
 //! Rays start a little above the vertex and are blocked by triangles from either side. Below the vertex' own
 //! horizon V is 1, always: materials reflect nothing from there. So an open vertex has T = R_p, and shading
-//! with and without transfer agree, but for what the form rounds. The exceptions are `phong` and
+//! with and without transfer agree, except for what the form rounds. The exceptions are `phong` and
 //! `kajiya-kay`, which do reflect light from below the horizon; there it is not shadowed.
 //!
 //! ## Interreflection
@@ -53,21 +66,6 @@
 //! A transfer of more than 4 GB is refused before the first ray; interreflection has the matrices of two
 //! bounces in memory, for each channel, in 32-bit numbers. A smaller form, lower degrees or fewer vertices
 //! help.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.transfer]
-//! kind = "precompute-transfer"
-//! input = "mesh"
-//! degree = 4
-//! directions = 4096
-//!
-//! [stage.room]                       # with the light that its walls reflect
-//! kind = "precompute-transfer"
-//! inputs = { mesh = "mesh", material = "plaster" }
-//! bounces = 3
-//! ```
 
 use brdf::{BrdfTable, tabulate};
 use containers::tensors::OfMesh;

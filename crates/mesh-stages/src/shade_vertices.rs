@@ -1,5 +1,17 @@
 //! Shades the vertices of a mesh with a BRDF table under soft light: their radiance toward a viewer.
 //!
+//! ```toml
+//! [stage.shaded]
+//! kind = "shade-vertices"
+//! inputs = { mesh = "mesh", table = "table", lighting = "lighting", transfer = "transfer" }
+//! view = [1, 0, 0.3]
+//!
+//! [stage.sunlit]                     # the sun with sharp shadows, the sky with soft ones
+//! kind = "shade-vertices"
+//! inputs = { mesh = "mesh", table = "table", lighting = "sky", transfer = "transfer", material = "metal" }
+//! camera = [4, 0, 1]
+//! ```
+//!
 //! > B(v) = sum over i of c_i(v) L_i
 //!
 //! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i from `tabulate-brdf`, at the view in the
@@ -36,20 +48,6 @@
 //! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
 //! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
 //! warning above 1 % of the vertices.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.shaded]
-//! kind = "shade-vertices"
-//! inputs = { mesh = "mesh", table = "table", lighting = "lighting", transfer = "transfer" }
-//! view = [1, 0, 0.3]
-//!
-//! [stage.sunlit]                     # the sun with sharp shadows, the sky with soft ones
-//! kind = "shade-vertices"
-//! inputs = { mesh = "mesh", table = "table", lighting = "sky", transfer = "transfer", material = "metal" }
-//! camera = [4, 0, 1]
-//! ```
 
 use brdf::BrdfTable;
 use containers::tensors::OfMesh;
@@ -135,7 +133,7 @@ impl Kind for ShadeVertices {
         }
         let frames = blended_frames(context, &mesh.0, table)?;
         if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
-            return Err(Failure::new("the transfer has not as many vertices as the mesh"));
+            return Err(Failure::new("the transfer and the mesh have different numbers of vertices"));
         }
         let (soft, lamps) = light(&context.inputs, material.is_some())?;
         let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
@@ -151,7 +149,7 @@ impl Kind for ShadeVertices {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
             reporter.note(match lamps.len() {
-                0 => "no lamp is beside the series: the material shades nothing".to_owned(),
+                0 => "no lamp is kept as a light, so the material shades nothing".to_owned(),
                 1 => "1 lamp is shaded by the material".to_owned(),
                 lamps => format!("{lamps} lamps are shaded by the material"),
             });

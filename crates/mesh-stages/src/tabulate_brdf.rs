@@ -1,5 +1,12 @@
 //! Tabulates a material for every view: the coefficients with which any soft light shades a surface.
 //!
+//! ```toml
+//! [stage.table]
+//! kind = "tabulate-brdf"
+//! input = "material"
+//! degree = 4
+//! ```
+//!
 //! > c_i(v) = integral over s of rho_hat(s, v) Y_i(s)
 //!
 //! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident direction s and
@@ -59,15 +66,6 @@
 //! Between two materials lies the mean of what they reflect, which is close to what the mean of their
 //! parameters reflects if they are alike: more of them are closer. In layers, the varied parameter is that of
 //! the only layer that has it.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.table]
-//! kind = "tabulate-brdf"
-//! input = "material"
-//! degree = 4
-//! ```
 
 use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
 use engine::{Artifact, Context, Failure, Inputs, Kind, Output, Port, Product, nearest, parameters};

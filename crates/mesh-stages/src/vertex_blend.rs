@@ -1,6 +1,13 @@
 //! Says which material of a table is where on a mesh: a number for each vertex, from 0, the first material,
 //! to 1, the last.
 //!
+//! ```toml
+//! [stage.blend]
+//! kind = "vertex-blend"
+//! input = "mesh"
+//! texture = "assets/noise.png"
+//! ```
+//!
 //! A table of several materials (`tabulate-brdf` with `vary` or `materials`) and this number at
 //! `shade-vertices` make a surface whose roughness or direction varies (Kautz, Sloan and Snyder 2002, figure
 //! 4). The number comes from one of two places:
@@ -12,15 +19,6 @@
 //!
 //! Numbers below 0 and above 1 are those ends; a warning counts them. The blend belongs to the mesh that
 //! arrives here, tangents included: brush the mesh first.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.blend]
-//! kind = "vertex-blend"
-//! input = "mesh"
-//! texture = "assets/noise.png"
-//! ```
 
 use std::path::Path;
 

@@ -156,7 +156,7 @@ impl Connection {
                 true if address.is_encrypted() => NO_CERTIFICATE,
                 true => " (is the server encrypted? Then its address begins with grpcs://)",
             };
-            format!("{address} does not say what it can: {}{advice}", said(&status))
+            format!("{address} does not list its capabilities: {}{advice}", said(&status))
         })?;
         let capabilities = answer.into_inner();
         let runs = capabilities.execution_capabilities.is_some_and(|execution| execution.exec_enabled);

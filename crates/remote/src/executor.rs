@@ -367,7 +367,7 @@ async fn end_of(stream: &mut Streaming<Operation>, name: &mut String) -> Result<
     loop {
         let message = stream.message().await.map_err(broken)?;
         let Some(message) = message else {
-            return Err(Broken::Passing(Status::unavailable("the server said no end")));
+            return Err(Broken::Passing(Status::unavailable("the server did not report the end of the run")));
         };
         if !message.name.is_empty() {
             *name = message.name;

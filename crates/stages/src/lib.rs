@@ -27,8 +27,8 @@ pub use engines::{ENGINES, Engine};
 pub use files::{CatalogEntry, CompactMapItems, LightEdit, PreviewCatalog, SceneCache, Unknown};
 pub use light::{face_sets, is_face, six_faces};
 pub use material::{
-    MaterialFile, ReadFile, is_gltf_file, is_measured_file, material_form, material_schema,
-    material_with_form, read_material, why_not_editable,
+    MaterialFile, PRESETS, Preset, ReadFile, is_gltf_file, is_materialx_file, is_measured_file,
+    material_form, material_schema, material_with_form, read_material, why_not_editable,
 };
 pub use picture::{Picture, material_picture, table_picture};
 pub use values::{artifacts, quantity};

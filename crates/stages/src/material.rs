@@ -10,6 +10,8 @@ mod material_edit;
 mod material_file;
 mod material_manual;
 mod material_schema;
+mod materialx_file;
+mod presets;
 
 use engine::Kinds;
 
@@ -18,6 +20,8 @@ pub(crate) use import_material::ImportMaterial;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
 pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_schema::material_schema;
+pub use materialx_file::is_materialx_file;
+pub use presets::{PRESETS, Preset};
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {

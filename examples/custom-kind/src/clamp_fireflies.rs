@@ -1,17 +1,15 @@
 //! Darkens single pixels that are far too bright.
 //!
-//! A path tracer leaves *fireflies*: pixels that hold the light of a whole lamp. One of them outshines the
-//! sky in every coefficient. A pixel whose luminance is above `limit` is scaled down to it; its hue stays. A
-//! note says how many there were.
-//!
-//! ## Example
-//!
 //! ```toml
 //! [stage.clean]
 //! kind = "clamp-fireflies"
 //! input = "environment"
 //! limit = 100.0
 //! ```
+//!
+//! A path tracer leaves *fireflies*: pixels that hold the light of a whole lamp. One of them outshines the
+//! sky in every coefficient. A pixel whose luminance is above `limit` is scaled down to it; its hue stays. A
+//! note says how many there were.
 
 use std::ops::Bound;
 

@@ -11,12 +11,14 @@ use serde_json::{Value, json};
 use stages::MaterialFile;
 
 use super::facts::Facts;
+use super::in_words::in_words;
 
 /// The material of a file; `None` if its name is not that of a material file.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> Option<Result<MaterialFile, Failure>> {
     let name = file.file_name()?.to_string_lossy();
     let toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    (toml || stages::is_measured_file(&name)).then(|| {
+    let is_material = toml || stages::is_measured_file(&name) || stages::is_materialx_file(&name);
+    is_material.then(|| {
         let folder = file.parent().unwrap_or(Path::new(""));
         let read = |path: &Path| {
             let path = folder.join(path);
@@ -38,13 +40,24 @@ pub(super) fn of_artifact(bytes: &[u8]) -> Option<Material> {
 
 pub(super) fn facts(file: &Path, bytes: &[u8], found: &MaterialFile) -> Facts {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let format = MeasuredFormat::of_name(&name).map_or("TOML", MeasuredFormat::name);
-    let mut facts: Facts = vec![("what", "material".into()), ("format", format.into())];
-    facts.extend(checked(&found.material));
-    if !found.notes.is_empty() {
-        facts.push(("notes", json!(found.notes)));
+    let format = match MeasuredFormat::of_name(&name) {
+        Some(measured) => measured.name(),
+        None if stages::is_materialx_file(&name) => "MaterialX",
+        None => "TOML",
+    };
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    let mut facts: Facts = vec![
+        ("material", format!("{stem}: {}", in_words(&found.material)).into()),
+        ("what", "material".into()),
+        ("format", format.into()),
+        ("bytes", bytes.len().into()),
+    ];
+    for (label, texts) in [("notes", &found.notes), ("warnings", &found.warnings)] {
+        if !texts.is_empty() {
+            facts.push((label, json!(texts)));
+        }
     }
-    facts.push(("bytes", bytes.len().into()));
+    facts.extend(checked(&found.material));
     facts
 }
 
@@ -53,7 +66,7 @@ fn is_manifest(name: &str, bytes: &[u8]) -> bool {
     engine::Document::parse(name, bytes).is_ok_and(|document| document.table.get("stage").is_some())
 }
 
-/// The models of a material, and the result of [`brdf::checks`].
+/// The models of a material, and the result of [`brdf::checks`]; the table of albedos is last.
 pub(super) fn checked(material: &Material) -> Facts {
     let checks = brdf::checks(material);
     let greatest = checks.greatest();
@@ -70,7 +83,6 @@ pub(super) fn checked(material: &Material) -> Facts {
         ),
         ("isotropic", checks.isotropic.into()),
         ("reciprocity", reciprocity(&checks).into()),
-        ("albedo", checks.albedo.iter().map(|albedo| albedo_of(albedo, checks.isotropic)).collect()),
         ("greatest", albedo_of(&greatest, checks.isotropic)),
         (
             "energy",
@@ -80,6 +92,7 @@ pub(super) fn checked(material: &Material) -> Facts {
             }
             .into(),
         ),
+        ("albedo", checks.albedo.iter().map(|albedo| albedo_of(albedo, checks.isotropic)).collect()),
     ]
 }
 
@@ -139,6 +152,8 @@ mod tests {
     #[test]
     fn a_material_file_has_albedo_energy_and_reciprocity() {
         let facts = described("model = \"lambert\"\nalbedo = [0.5, 1.25, 0]");
+        let words = "gold: matte, the same from every view: albedo 0.5 1.25 0 (lambert)";
+        assert_eq!(facts["material"], words);
         assert_eq!(facts["models"], json!({ "albedo": [0.5, 1.25, 0.0], "model": "lambert" }));
         assert_eq!((&facts["isotropic"], &facts["centre"]), (&json!(true), &json!("the normal")));
         assert_eq!(facts["albedo"].as_array().unwrap().len(), 11);

@@ -9,9 +9,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use engine::Digest;
+use stages::Preset;
 
 use crate::arguments::MANIFEST;
-use crate::assets::{Assets, Environments};
+use crate::assets::{self, Assets, Environments};
 use crate::exit::Exit;
 use crate::gltf_materials::GltfMaterials;
 use crate::init::write_new;
@@ -23,8 +24,8 @@ const ENVIRONMENTS: &str = "assets/environments";
 const MATERIALS: &str = "assets/materials";
 
 /// Advice on the files that may be named, for whoever named others.
-pub(super) const FILES: &str =
-    "name images (.exr, .hdr), material files (.toml, measured BRDFs), glTF meshes, or one manifest";
+pub(super) const FILES: &str = "name images (.exr, .hdr), material files (.toml, measured BRDFs), presets such as copper, glTF meshes, or \
+     one manifest";
 
 /// A manifest and its stages that are watched and shown.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,9 +44,15 @@ impl Project {
             print::error(&["cannot prepare a project for these files".into(), error.to_string()], None);
             Exit::System
         };
-        let absolute: Result<Vec<_>, _> = files.iter().map(std::path::absolute).collect();
-        let assets = named(&absolute.map_err(failed)?)?;
-        Self::of_assets(assets, &ImportParameters::default(), &cache_folder()).map_err(failed)
+        let cache = cache_folder();
+        let absolute = files.iter().map(|file| match assets::preset(file) {
+            Some(preset) => preset_file(preset, &cache),
+            // A word that is no path is named as it was written, for the error.
+            None if !file.exists() => Ok(file.clone()),
+            None => std::path::absolute(file),
+        });
+        let assets = named(&absolute.collect::<io::Result<Vec<_>>>().map_err(failed)?)?;
+        Self::of_assets(assets, &ImportParameters::default(), &cache).map_err(failed)
     }
 
     /// The project of files with absolute paths, in a folder of its own below `cache`.
@@ -88,6 +95,17 @@ impl Project {
     }
 }
 
+/// The material file of a preset in the folder for projects of files, as the program carries it.
+fn preset_file(preset: &Preset, cache: &Path) -> io::Result<PathBuf> {
+    let folder = cache.join("presets");
+    let file = folder.join(preset.name).with_extension("toml");
+    fs::create_dir_all(&folder)?;
+    if fs::read(&file).ok().as_deref() != Some(preset.text.as_bytes()) {
+        engine::replace_file(&file, preset.text.as_bytes())?;
+    }
+    Ok(file)
+}
+
 /// The folder for projects of files: in the user's cache, or in the folder for temporary files if the user
 /// has no cache that can be written to.
 pub(super) fn cache_folder() -> PathBuf {
@@ -103,6 +121,13 @@ fn is_writable(folder: &Path) -> bool {
 
 /// The manifest for some files, relative to the current folder if it is to be kept.
 pub(super) fn manifest_to_keep(files: &[PathBuf]) -> Result<String, Exit> {
+    if let Some(file) = files.iter().find(|file| assets::preset(file).is_some()) {
+        let message = format!("--manifest names files, and {} is a preset", file.display());
+        let help = "write `material = \"NAME\"` into a stage of the kind import-material, or write the file \
+                    with `specula init --materials`";
+        print::error(&[message], Some(help));
+        return Err(Exit::Usage);
+    }
     let mut assets = named(files)?;
     let parameters = with_layout(&mut assets, &ImportParameters::default());
     if assets.environments.is_empty() {

@@ -320,7 +320,7 @@ fn many_changes_are_counted_by_folder() {
     "#]]);
     let few = [("assets", Changed::Unknown), ("b.toml", Changed::Gone), ("c.toml", Changed::Appeared)];
     watched.after(0, &[noticed(&few)]).shows(expect![[r#"
-        14:00:00  assets: events were lost, so everything in it is checked
+        14:00:00  assets: events were lost, so everything in it will be checked
                   b.toml is gone
                   c.toml is new
     "#]]);

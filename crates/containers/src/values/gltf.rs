@@ -58,6 +58,7 @@ pub use image_based_light::{
     GltfLighting, ImageBasedLight, read_gltf_image_based_light, read_gltf_lighting,
     write_gltf_image_based_light,
 };
+pub(super) use materials::find as find_material;
 pub use materials::{GltfMaterial, MaterialChoice, check_gltf_material, gltf_materials, read_gltf_material};
 pub use write::{GlbText, VertexAttribute, write_glb};
 pub(crate) use write::{is_glb, read_recipe};

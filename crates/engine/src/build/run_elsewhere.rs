@@ -84,7 +84,7 @@ impl RunContext<'_> {
             self.depends_on(item, &reads);
             let end = match self.send(&sent, item, options, blobs, is_fresh) {
                 Err(RemoteError::Stopped) => return Ok(Outcome::Stopped),
-                Err(RemoteError::InputGone(_)) => return here("an input was not there any more"),
+                Err(RemoteError::InputGone(_)) => return here("an input is gone"),
                 Err(RemoteError::TooLarge(why)) => return here(&why),
                 Err(RemoteError::Impossible(why)) => return unable(why),
                 Ok(end) => end,
@@ -111,7 +111,7 @@ impl RunContext<'_> {
                         return here("it reads files that are not of the project");
                     }
                     if names.len() > MOST_READS {
-                        return here("it reads very many files");
+                        return here("it reads too many files");
                     }
                 }
                 // What is known of a failure may have been the fault of the machine that ran it.

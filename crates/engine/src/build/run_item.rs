@@ -117,8 +117,9 @@ fn configured<'k>(
     request: &ItemRequest,
     kinds: &'k Kinds,
 ) -> Result<(&'k dyn ErasedKind, Arc<dyn Configured>), Failure> {
-    let wrong =
-        |what: String| Failure::new(format!("this program is not that of the build: {what}")).system_error();
+    let wrong = |what: String| {
+        Failure::new(format!("this program differs from the one of the build: {what}")).system_error()
+    };
     let kind = kinds.get(&request.kind).ok_or_else(|| wrong(format!("it has no kind {}", request.kind)))?;
     if kind.revision() != request.revision {
         let (here, there) = (kind.revision(), request.revision);

@@ -109,6 +109,9 @@ pub trait Kind: Send + Sync + 'static {
     const TEXT: &'static str;
     /// Whether the kind reads a file or folder named by `source`.
     const SOURCE: bool = false;
+    /// The optional parameter that, without a `source`, names something built in; only for a kind with a
+    /// source. [`Kind::built_in`] finds it.
+    const BUILT_IN: Option<&'static str> = None;
     /// Whether the kind shows items' names (labels). Then they are part of its key.
     const SHOWS_KEYS: bool = false;
     /// Whether an item takes seconds. As long as nobody knows how long it takes, it goes after all others.
@@ -192,6 +195,15 @@ pub trait Kind: Send + Sync + 'static {
         Ok(())
     }
 
+    /// The name of the only item of a stage without a `source`, if [`Kind::BUILT_IN`] is given: the item has
+    /// no source, and is made from the parameters alone. `None` if these name nothing built in.
+    ///
+    /// # Errors
+    /// If nothing of that name is built in. The engine puts the parameter's name before the message.
+    fn built_in(_parameters: &Self::Parameters) -> Result<Option<String>, String> {
+        Ok(None)
+    }
+
     /// Makes the output of one item.
     ///
     /// # Errors
@@ -241,6 +253,10 @@ pub trait ErasedKind: Send + Sync {
     }
     /// Returns [`Kind::SOURCE`].
     fn has_source(&self) -> bool;
+    /// Returns [`Kind::BUILT_IN`].
+    fn built_in_parameter(&self) -> Option<&'static str> {
+        None
+    }
     /// Returns [`Kind::SHOWS_KEYS`].
     fn shows_keys(&self) -> bool;
     /// Returns [`Kind::SLOW`].
@@ -296,6 +312,13 @@ pub trait Configured: Send + Sync {
     fn check_source(&self, context: &Context<'_>) -> Result<(), Failure> {
         let _ = context;
         Ok(())
+    }
+    /// [`Kind::built_in`] of the stage's parameters.
+    ///
+    /// # Errors
+    /// The errors of [`Kind::built_in`]; each message begins with the parameter's name.
+    fn built_in(&self) -> Result<Option<String>, String> {
+        Ok(None)
     }
     /// Makes the output of an item by [`Kind::run`] with the stage's parameters.
     ///
@@ -400,6 +423,10 @@ impl<K: Kind> ErasedKind for Erased<K> {
         K::SOURCE
     }
 
+    fn built_in_parameter(&self) -> Option<&'static str> {
+        K::BUILT_IN
+    }
+
     fn shows_keys(&self) -> bool {
         K::SHOWS_KEYS
     }
@@ -466,6 +493,11 @@ impl<K: Kind> Configured for ConfiguredKind<K> {
 
     fn check_source(&self, context: &Context<'_>) -> Result<(), Failure> {
         K::check_source(&self.0, context)
+    }
+
+    fn built_in(&self) -> Result<Option<String>, String> {
+        let name = K::BUILT_IN.unwrap_or_default();
+        K::built_in(&self.0).map_err(|message| format!("{name}: {message}"))
     }
 
     fn run(&self, context: &Context<'_>) -> Result<Output, Failure> {

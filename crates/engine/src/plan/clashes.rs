@@ -114,6 +114,6 @@ impl Report<'_> {
         let stage = self.graph.nodes.iter().position(|node| node.name == *stage)?;
         let asset = self.assets[stage].iter().find(|asset| *asset.stem == *stem)?;
         let folder = self.graph.manifest.parent().unwrap_or(Path::new("."));
-        Some(path_name(folder, &asset.path))
+        Some(path_name(folder, asset.path.as_deref()?))
     }
 }

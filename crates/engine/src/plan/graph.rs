@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::cycles;
 use super::index::StageIndex;
 use super::manifest::{Declaration, Key, Manifest, OWNED, Written};
-use super::source::{Source, listed, unexpanded};
+use super::source::{Source, listed, source_of, unexpanded};
 use super::template::{Template, check};
 use crate::kinds::{Configured, ErasedKind, Kinds, Port, Product, RecipeReader};
 use crate::manifest::{Diagnostic, Diagnostics, Document, Spelling, Table, nearest, unknown_parameters};
@@ -45,6 +45,8 @@ pub(crate) struct Node {
     pub(crate) edges: Vec<Edge>,
     /// The `source`, if it is valid.
     pub(crate) source: Option<Source>,
+    /// The name of the only item of a stage that needs no source.
+    pub(crate) built_in: Option<String>,
     pub(crate) product: Option<Product>,
     /// The source stages whose files distinguish its items, sorted by name; `None` if one of them is unknown.
     pub(crate) keys: Option<Vec<StageIndex>>,
@@ -419,11 +421,14 @@ fn connect(
             let parameters =
                 kind.as_ref().map(|kind| parameters(stage, kind.as_ref(), errors)).unwrap_or_default();
             let configured = kind.as_ref().map(|kind| kind.configure(&parameters));
+            let configured =
+                configured.and_then(|configured| configured.map_err(|found| errors.extend(found)).ok());
+            let (source, built_in) =
+                source_of(stage, kind.as_deref(), configured.as_deref(), (folder, out), errors);
             Node {
                 name: stage.name.value.clone(),
                 header: stage.header.clone(),
-                configured: configured
-                    .and_then(|configured| configured.map_err(|found| errors.extend(found)).ok()),
+                configured,
                 parameters,
                 edges: edges(
                     stage,
@@ -434,7 +439,8 @@ fn connect(
                     errors,
                 ),
                 ports: ports.unwrap_or_default(),
-                source: source(stage, kind.as_deref(), folder, out, errors),
+                source,
+                built_in,
                 product: None,
                 keys: None,
                 template: None,
@@ -471,37 +477,6 @@ fn parameters(stage: &Declaration, kind: &dyn ErasedKind, errors: &mut Vec<Diagn
     let owned = OWNED.into_iter().filter(used).map(str::to_owned).collect::<Vec<_>>();
     unknown_parameters(&stage.parameters, &owned, &fields, errors);
     stage.parameters.only(&fields)
-}
-
-fn source(
-    stage: &Declaration,
-    kind: Option<&dyn ErasedKind>,
-    folder: &Path,
-    out: Option<&Path>,
-    errors: &mut Vec<Diagnostic>,
-) -> Option<Source> {
-    match (&stage.source, kind) {
-        (Key::Given(written), Some(kind)) if !kind.has_source() => {
-            let error = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
-            let error = error.expected("expected no \"source\"");
-            errors.push(match kind.ports().first() {
-                Some(port) => {
-                    let types = port.takes_text();
-                    error.help(format!("connect a stage that makes {types}: input = \"STAGE\""))
-                }
-                None => error,
-            });
-            None
-        }
-        (Key::Given(written), _) => Source::parse(written, folder, out, errors),
-        (Key::Absent, Some(kind)) if kind.has_source() => {
-            let message = format!("stage {:?} has no source", stage.name.value);
-            let error = Diagnostic::at(stage.header.clone(), message);
-            errors.push(error.expected("expected source = \"...\", a file, a folder or a glob"));
-            None
-        }
-        _ => None,
-    }
 }
 
 fn edges(

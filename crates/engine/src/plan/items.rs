@@ -50,11 +50,14 @@ pub struct Item {
 /// The assets of each stage; empty if it has no source or its source is invalid.
 pub(crate) type Assets = Vec<Vec<Asset>>;
 
-/// The files and folders of the source stages.
+/// The files and folders of the source stages, and what is built in.
 pub(crate) fn assets(graph: &Graph, search: &mut Search<'_>) -> Arc<Assets> {
     search.errors.extend(linked_out(graph, search.folders));
     search.errors.extend(graph.nodes.iter().flat_map(|node| exports_read(graph, node, search.folders)));
-    let found = graph.nodes.iter().map(|node| node.source.as_ref()?.assets(search));
+    let found = graph.nodes.iter().map(|node| match &node.built_in {
+        Some(name) => Some(vec![Asset { stem: name.as_str().into(), path: None }]),
+        None => node.source.as_ref()?.assets(search),
+    });
     Arc::new(found.map(Option::unwrap_or_default).collect())
 }
 
@@ -207,7 +210,7 @@ fn item(
             .iter()
             .map(|edge| arriving(&graph.nodes[edge.from], firsts[edge.from], keys, &digits, assets))
             .collect(),
-        source: own.map(|own| asset(own).path.clone()),
+        source: own.and_then(|own| asset(own).path.clone()),
         files: Vec::new(),
     }
 }

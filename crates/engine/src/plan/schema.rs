@@ -79,7 +79,9 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
         let text = json!({ "type": "string", "minLength": 1 });
         let several = json!({ "type": "array", "items": text, "minItems": 1 });
         properties.insert("source".into(), json!({ "anyOf": [text, several], "description": description }));
-        required.push("source".into());
+        if kind.built_in_parameter().is_none() {
+            required.push("source".into());
+        }
     }
     let connections = connections(kind, &mut properties, &mut required);
     if kind.ports().iter().any(|port| port.many) {
@@ -108,6 +110,10 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
     });
     if let (Value::Object(schema), Some((keyword, rule))) = (&mut schema, connections) {
         schema.insert(keyword.into(), rule);
+    }
+    // A kind with a source has no ports, and so no rule for connections.
+    if let Some(name) = kind.built_in_parameter() {
+        schema["anyOf"] = json!([{ "required": ["source"] }, { "required": [name] }]);
     }
     schema
 }

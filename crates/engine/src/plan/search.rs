@@ -74,7 +74,7 @@ impl Source {
             let error = Diagnostic::at(self.span.clone(), "every file that the source matches is left out");
             search
                 .errors
-                .push(error.expected("expected at least one file").help("make what follows the ! narrower"));
+                .push(error.expected("expected at least one file").help("narrow the pattern after the !"));
             return None;
         }
         self.by_stem(found.into_values(), search)
@@ -116,7 +116,7 @@ impl Source {
             ));
         }
         let assets = stems.into_iter().flat_map(|(stem, paths)| {
-            paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path })
+            paths.into_iter().map(move |path| Asset { stem: stem.as_str().into(), path: Some(path) })
         });
         (search.errors.len() == before).then(|| assets.collect())
     }

@@ -16,8 +16,8 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use super::glob::{Glob, is_ignored_file, is_ignored_folder};
-use super::manifest::Written;
-use crate::kinds::HOW_TO_READ_EXPORTS;
+use super::manifest::{Declaration, Key, Written};
+use crate::kinds::{Configured, ErasedKind, HOW_TO_READ_EXPORTS};
 use crate::manifest::Diagnostic;
 
 /// The `source` of a stage.
@@ -43,13 +43,64 @@ pub(super) struct SourcePath {
     pub(super) glob: Option<Glob>,
 }
 
-/// A file or folder that makes one item.
+/// A file or folder that makes one item, or something built in that does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Asset {
-    /// The file's name without its extension, or the folder's name.
+    /// The file's name without its extension, the folder's name, or the name of what is built in.
     pub(crate) stem: Arc<str>,
-    /// The absolute path.
-    pub(crate) path: PathBuf,
+    /// The absolute path; `None` for what is built in.
+    pub(crate) path: Option<PathBuf>,
+}
+
+/// The source of a stage, or without one the name of the item that is built in. `base` and `out` are those of
+/// [`Source::parse`].
+pub(super) fn source_of(
+    stage: &Declaration,
+    kind: Option<&dyn ErasedKind>,
+    configured: Option<&dyn Configured>,
+    (base, out): (&Path, Option<&Path>),
+    errors: &mut Vec<Diagnostic>,
+) -> (Option<Source>, Option<String>) {
+    let source = match (&stage.source, kind) {
+        (Key::Given(written), Some(kind)) if !kind.has_source() => {
+            let error = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
+            let error = error.expected("expected no \"source\"");
+            errors.push(match kind.ports().first() {
+                Some(port) => {
+                    let types = port.takes_text();
+                    error.help(format!("connect a stage that makes {types}: input = \"STAGE\""))
+                }
+                None => error,
+            });
+            None
+        }
+        (Key::Given(written), _) => Source::parse(written, base, out, errors),
+        (Key::Absent, Some(kind)) if kind.has_source() => {
+            let parameter = kind.built_in_parameter();
+            if let Some(entry) = parameter.and_then(|name| stage.parameters.get(name)) {
+                // What is wrong with the parameters has been reported.
+                let named = configured.map(Configured::built_in).unwrap_or(Ok(Some(String::new())));
+                match named {
+                    Ok(Some(name)) => return (None, Some(name)),
+                    Ok(None) => {}
+                    Err(message) => {
+                        errors.push(Diagnostic::at(entry.value.span.clone(), message));
+                        return (None, None);
+                    }
+                }
+            }
+            let message = format!("stage {:?} has no source", stage.name.value);
+            let error = Diagnostic::at(stage.header.clone(), message);
+            let error = error.expected("expected source = \"...\", a file, a folder or a glob");
+            errors.push(match parameter {
+                Some(name) => error.help(format!("or {name} = \"...\", the name of something built in")),
+                None => error,
+            });
+            None
+        }
+        _ => None,
+    };
+    (source, None)
 }
 
 impl Source {

@@ -121,7 +121,7 @@ impl Lock {
                 return Err(Error::new(ErrorKind::Cancelled, message));
             }
             if request.timeout.0.is_some_and(|limit| waited >= limit) {
-                let message = format!("{} is at work in {}", holder(folder), folder.display());
+                let message = format!("{} is already running in {}", holder(folder), folder.display());
                 return Err(
                     Error::new(ErrorKind::Locked, message).with_help("wait for it, or stop that process")
                 );
@@ -188,7 +188,7 @@ mod tests {
         let request = request(LockTimeout::NONE, &cancel, &|_| panic!("it does not wait"));
         let first = Lock::take(folder.path(), &request).unwrap();
         let error = Lock::take(folder.path(), &request).err().unwrap();
-        assert!(error.to_string().starts_with("another process is at work in "), "{error}");
+        assert!(error.to_string().starts_with("another process is already running in "), "{error}");
         first.announce().unwrap();
         let error = Lock::take(folder.path(), &request).err().unwrap();
         assert_eq!(error.kind(), ErrorKind::Locked);

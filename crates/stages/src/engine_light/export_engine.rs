@@ -1,5 +1,13 @@
 //! Writes an environment as the files that an engine loads as light: prefiltered, turned, and in its format.
 //!
+//! ```toml
+//! [stage.light]
+//! kind = "export-engine"
+//! input = "environment"
+//! preset = "babylon"
+//! path = "{environment}/babylon"
+//! ```
+//!
 //! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
 //! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
 //! `export-environment`.
@@ -57,7 +65,7 @@
 //! passes on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as
 //! it does if a few texels hold all light, a warning says by how much.
 //!
-//! No warning says what the sky loses, which lights nothing; `bounds.json` does, as `skybox`.
+//! The sky lights nothing, so no warning says what it loses; `bounds.json` does, as `skybox`.
 //!
 //! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
 //! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),
@@ -73,16 +81,6 @@
 //!
 //! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
 //! and `bounds.json`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.light]
-//! kind = "export-engine"
-//! input = "environment"
-//! preset = "babylon"
-//! path = "{environment}/babylon"
-//! ```
 
 use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};

@@ -1,5 +1,15 @@
 //! Writes an environment as an image or a texture: another layout, size or format, the same light.
 //!
+//! ```toml
+//! [stage.skybox]
+//! kind = "export-environment"
+//! input = "environment"
+//! layout = "cube"
+//! resolution = 512
+//! format = "ktx2"
+//! path = "{environment}/skybox"
+//! ```
+//!
 //! With `import-environment` before it, and `rotate` between them where the light has to be turned, it
 //! converts any environment that Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula
 //! convert` does the same without a manifest.
@@ -22,12 +32,12 @@
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
 //!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is for looking only.
+//! `contact-sheet`, and is only for looking at.
 //!
 //! ## Prefiltered cubes
 //!
-//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, of any
-//! lobe and any list of roughnesses, for a renderer of your own:
+//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, for
+//! your own renderer; any lobe and any list of roughnesses will do:
 //!
 //! ```toml
 //! [stage.sheen]
@@ -42,18 +52,6 @@
 //! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe
 //! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
 //! build notes them. `export-engine` writes cubes for the engines that it knows.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.skybox]
-//! kind = "export-environment"
-//! input = "environment"
-//! layout = "cube"
-//! resolution = 512
-//! format = "ktx2"
-//! path = "{environment}/skybox"
-//! ```
 
 use std::borrow::Cow;
 

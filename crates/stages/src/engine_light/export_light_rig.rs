@@ -1,5 +1,13 @@
 //! Writes lights for renderers and programs: as glTF, USD, a table, or samples.
 //!
+//! ```toml
+//! [stage.lights]
+//! kind = "export-light-rig"
+//! input = "rig"
+//! format = "usda"
+//! path = "{environment}/lights"
+//! ```
+//!
 //! | `format` | the file holds | frame |
 //! | --- | --- | --- |
 //! | `gltf` | directional lights of `KHR_lights_punctual`, a node for each | +Y up, as all glTF |
@@ -38,16 +46,6 @@
 //!
 //! `.gltf`, `.usda`, `.csv` or `.safetensors` after the item's `path`. A CSV file has no place for the
 //! recipe, which is in a `.json` file beside it.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.lights]
-//! kind = "export-light-rig"
-//! input = "rig"
-//! format = "usda"
-//! path = "{environment}/lights"
-//! ```
 
 use containers::{
     SceneAxes, tensors, texture_sidecar, write_csv_lights, write_gltf_lights, write_usda_lights,

@@ -1,5 +1,13 @@
 //! Writes a lighting's coefficients, for people and for engines.
 //!
+//! ```toml
+//! [stage.sh]
+//! kind = "export-sh"
+//! input = "lighting"
+//! preset = "three"
+//! path = "{environment}/sh"
+//! ```
+//!
 //! Every JSON file describes its content: frame, signs, scale, the source of the convention, degree and
 //! coefficients.
 //!
@@ -131,16 +139,6 @@
 //! ## Files
 //!
 //! `.json` or `.safetensors` after the item's `path`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.sh]
-//! kind = "export-sh"
-//! input = "lighting"
-//! preset = "three"
-//! path = "{environment}/sh"
-//! ```
 
 use containers::lighting_json::{self, Preset};
 use containers::tensors;

@@ -1,5 +1,12 @@
 //! Writes probes that show where an engine looks: which axis it sees, which level, and how bright.
 //!
+//! ```toml
+//! [stage.pattern]
+//! kind = "test-pattern"
+//! preset = "filament"
+//! path = "filament-pattern"
+//! ```
+//!
 //! Three patterns, each in the files of `export-engine` with the same `preset`:
 //!
 //! | name | what the light is |
@@ -16,15 +23,6 @@
 //!
 //! In the folder `path`: the files of `export-engine` with these names instead of `environment`, and
 //! `README.txt`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.pattern]
-//! kind = "test-pattern"
-//! preset = "filament"
-//! path = "filament-pattern"
-//! ```
 
 use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 use envmap::{CubeMap, Environment};

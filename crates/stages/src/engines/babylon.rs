@@ -77,7 +77,7 @@ fn skybox_readme(cube: &str) -> String {
     format!(
         "The sky, in a box that is larger than the scene:
 
-scene.createDefaultSkybox( BABYLON.CubeTexture.CreateFromPrefilteredData( '{cube}', scene ), true, 1000 );
+scene.createDefaultSkybox( BABYLON.CubeTexture.CreateFromPrefilteredData( '{cube}', scene ), true, 1000, 0, false );
 "
     )
 }

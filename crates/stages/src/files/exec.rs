@@ -1,5 +1,16 @@
 //! Runs a program of yours: a command line with declared inputs and a declared output.
 //!
+//! ```toml
+//! [stage.graded]
+//! kind = "exec"
+//! command = ["python3", "tools/grade.py", "--stops", "0.5", "{input.environment}", "{output}"]
+//! inputs = { environment = "environment" }
+//! output = { type = "environment", format = "exr" }
+//! tools = ["tools/lib"]
+//! env = ["STUDIO_LUT"]
+//! timeout = 120.0
+//! ```
+//!
 //! Use it for existing tools: a grading script, a denoiser, an engine's texture packer. The inputs are
 //! written to files, the command is run once for each item, and its output is read back and checked. The
 //! output is an artifact like any other, or a file that is published.
@@ -63,18 +74,18 @@
 //!   shell writes there (`> {folder}/log`) is not one;
 //! - the files and folders in `tools`.
 //!
-//! All files in a folder are tool files, but for hidden files and Python's caches (`__pycache__`). If a
+//! All files in a folder are tool files, except hidden files and Python's caches (`__pycache__`). If a
 //! program starts other programs, or a script loads modules, list those in `tools`. Specula does not see
 //! other files that a program reads, or what it receives from the network.
 //!
-//! If it cannot be told which files an argument means, a warning names the argument: the manifest's folder
-//! as a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a folder
-//! elsewhere, a part of a path that a shell fills in (`{folder}/luts/$name.cube`), a word of a script that
-//! is also a file of the project. List those files in `tools`, and the warning ends.
+//! If Specula cannot tell which files an argument means, a warning names the argument: the manifest's folder
+//! as a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a folder elsewhere,
+//! a part of a path that a shell fills in (`{folder}/luts/$name.cube`), a word of a script that is also a
+//! file of the project. List those files in `tools`, and the warning goes away.
 //!
 //! Nothing in `out` can be a tool file: the stage would not wait for the one that makes it. Such a manifest
-//! is refused, by whatever link or spelling the path leads there. Connect the stage that makes the file, as
-//! an input.
+//! is refused, even if the path leads there through a link or another spelling. Connect the stage that makes
+//! the file, as an input.
 //!
 //! ## Other machines
 //!
@@ -114,19 +125,6 @@
 //! sets the same environment: paste it into a shell to run the program again. Values of variables in `env`
 //! are not shown; the command takes them from your shell. The folder stays until the item fails again under
 //! that option, or until `specula cache gc`. It is not kept if the program ran on another machine.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.graded]
-//! kind = "exec"
-//! command = ["python3", "tools/grade.py", "--stops", "0.5", "{input.environment}", "{output}"]
-//! inputs = { environment = "environment" }
-//! output = { type = "environment", format = "exr" }
-//! tools = ["tools/lib"]
-//! env = ["STUDIO_LUT"]
-//! timeout = 120.0
-//! ```
 
 mod command;
 mod exchange;

@@ -1,5 +1,12 @@
 //! Makes light of disks: lamps of a given direction and size, without an environment.
 //!
+//! ```toml
+//! [stage.lamps]
+//! kind = "circular-lights"
+//! source = "assets/lights/studio.toml"
+//! degree = 4
+//! ```
+//!
 //! `source` names TOML files with a table `light` for each disk:
 //!
 //! ```toml
@@ -25,16 +32,7 @@
 //! what a horizon leaves of it, to 1.2e-3 of the highlight's peak at views up to 60 degrees from the normal:
 //! a sun costs one look at the material, a disk as wide as the highlight some thirty, one of ten times that
 //! width some thousands. `lamps = "series"` puts them into the series here. A `window` needs that: it is for
-//! a series, and is to be applied once. Disks of more than 90 degrees are always in the series.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.lamps]
-//! kind = "circular-lights"
-//! source = "assets/lights/studio.toml"
-//! degree = 4
-//! ```
+//! a series, and is applied once. Disks of more than 90 degrees are always in the series.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,5 +1,13 @@
 //! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
 //!
+//! ```toml
+//! [stage.environment]
+//! kind = "import-environment"
+//! source = "assets/environments/*.{exr,hdr}"
+//! exposure = 0.5
+//! bad-pixels = "clamp"
+//! ```
+//!
 //! `source` names OpenEXR (`.exr`), Radiance (`.hdr`, `.pic`), PFM, TIFF (`.tif`, `.tiff`), PNG, JPEG, TGA or
 //! WebP files, textures (`.ktx2`, `.ktx`, `.dds`, `.env`, `.gltf`), or folders of six cube faces. A glob
 //! gives one item per file. The content of a file decides its format, not its name.
@@ -120,7 +128,7 @@
 //! | `PoseHeadingDegrees` | where the camera looked: the light is not turned by it, and a note says so |
 //!
 //! A missing size or place is assumed, with a warning: half or twice the other one, the picture's own size,
-//! the middle. It is an error if numbers contradict each other or the shape of the picture, or are none.
+//! the middle. It is an error if they are not numbers, or contradict each other or the shape of the picture.
 //! With ProjectionType alone, the picture is the whole.
 //!
 //! A crop whose pixels are pixels of a whole of 2:1 keeps them; others are resampled. A fisheye is a square
@@ -191,16 +199,6 @@
 //! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last
 //! bits between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
 //! machines of different kinds do not share these items, and later ones if the pixels are equal.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.environment]
-//! kind = "import-environment"
-//! source = "assets/environments/*.{exr,hdr}"
-//! exposure = 0.5
-//! bad-pixels = "clamp"
-//! ```
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,12 @@
 //! Puts lightings at points: light that is not far away, and so differs over an object.
 //!
+//! ```toml
+//! [stage.near]
+//! kind = "light-field"
+//! inputs = { lightings = "lighting" }
+//! points = { window = [0, -2, 1], door = [0, 2, 1] }
+//! ```
+//!
 //! Each lighting is what arrives at one point, measured or rendered there (Kautz, Sloan and Snyder 2002,
 //! section 4). `lightings` receives all items of a stage, and `points` says where each is, by its name: the
 //! stem of the file that it was made of, or of several files, `"sky, gold"`. Places are in the mesh's unit,
@@ -15,15 +22,6 @@
 //!
 //! Lights beside a series (`project-sh`, `circular-lights`) are taken into it, to its degree: nothing of them
 //! is sharp. If the lightings have several degrees, the lower ones are continued with zeros.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.near]
-//! kind = "light-field"
-//! inputs = { lightings = "lighting" }
-//! points = { window = [0, -2, 1], door = [0, 2, 1] }
-//! ```
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,13 @@
 //! Projects an environment into spherical harmonics: the lighting's coefficients.
 //!
+//! ```toml
+//! [stage.lighting]
+//! kind = "project-sh"
+//! input = "environment"
+//! degree = 30
+//! window = "lanczos"
+//! ```
+//!
 //! > L_lm = integral of L(w) Y_lm(w) dw, for l from 0 to `degree`
 //!
 //! A pixel-centred lat-long image of H rows is integrated exactly up to degree (H - 1) / 2 by Fejér's first
@@ -22,7 +30,7 @@
 //! Photographs hold suns 10^5 times brighter than their mean. Every series that is cut rings around them, in
 //! stops. So if you name neither a degree nor a tolerance, suns and lamps leave the series: pixels more than
 //! 10 times brighter than the mean over the sphere are cut down to that, and what is cut off becomes a few
-//! `lights`, disks with a direction, an angular radius and an irradiance, beside the series. The series then
+//! `lights`, disks with a direction, an angular radius and an irradiance. The series then
 //! has the degree of the image, at most 255, and `convolve` takes from it what each material shows. Exports
 //! put the lights back into their maps, or write them beside these (`lamps` of `export-shrm`).
 //!
@@ -67,21 +75,11 @@
 //! minimum before and after.
 //!
 //! The time grows by the sixth power of the degree, to about half a minute at degree 32 for a function that
-//! is negative in half of all directions. So you must give `degree` or `tolerance`, and a degree above 32
-//! is an error. (Without them the series has up to 255 degrees, and `convolve` cuts it later, which would
-//! make it ring again.) A black channel stays black. An image with negative pixels may have a channel whose
-//! nearest function is black although the channel is not: it has no mass, and the item fails. So it does if
-//! the mean is to be kept and is not positive.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.lighting]
-//! kind = "project-sh"
-//! input = "environment"
-//! degree = 30
-//! window = "lanczos"
-//! ```
+//! is negative in half of all directions. So you must give `degree` or `tolerance`, and a degree above 32 is
+//! an error. (Without them the series has up to 255 degrees, and `convolve` cuts it later, which would make
+//! it ring again.) A black channel stays black. An image with negative pixels may have a channel whose
+//! nearest function is black although the channel is not: it has no mass, and the item fails. It also fails
+//! if the mean must be kept and is not positive.
 
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, choice, parameters};
 use envmap::Environment;
@@ -324,7 +322,7 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Resu
     if enough.is_none() {
         reporter.warn(format!(
             "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a larger image holds \
-             more, and without `tolerance` and `degree` the lamps, which need it, stay beside the series",
+             more, and without `tolerance` and `degree` the lamps, which need it, are kept as lights",
             tolerance.get(),
             degree.get()
         ));

@@ -1,5 +1,12 @@
 //! Turns a lighting or an environment.
 //!
+//! ```toml
+//! [stage.turned]
+//! kind = "rotate"
+//! input = "lighting"
+//! yaw = 30.0
+//! ```
+//!
 //! The rotation is active and right-handed in Specula's frame (+Z up, +X the image centre):
 //!
 //! > R = R_z(yaw) R_y(pitch) R_x(roll)
@@ -10,15 +17,6 @@
 //! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever
 //! the angles. An environment's pixels are resampled, which loses a little sharpness: if both would do,
 //! rotate the lighting.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.turned]
-//! kind = "rotate"
-//! input = "lighting"
-//! yaw = 30.0
-//! ```
 
 use engine::{
     Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,

@@ -1,5 +1,12 @@
 //! Makes a light rig: a few lights in place of an environment, a lighting or a reflection.
 //!
+//! ```toml
+//! [stage.rig]
+//! kind = "sample-light"
+//! input = "environment"
+//! count = 16
+//! ```
+//!
 //! The light is divided into regions, and each becomes a disk: with the light of its region, in the direction
 //! of its centroid, as wide as that light is spread. All disks together have the whole light, in each colour.
 //! So a renderer with shadows for some lights, but without environments, can show it.
@@ -19,14 +26,14 @@
 //! it, which become part of the rig. A reflection as the map that `export-reflection-map` would write of it,
 //! with all lamps in the series: the radiance for each central direction, in the mean over all views or, with
 //! `view = "head-on"`, as seen straight on. Where a series is negative there is no light; the positive part
-//! is made as much weaker as keeps the whole.
+//! is scaled down so that the total stays the same.
 //!
 //! ## The number of lights
 //!
 //! `count = "auto"` tries 1, 2, 4 ... 1024 lights, and takes the first number whose irradiance is right to
 //! `tolerance`: the root mean square error over 128 normals all around, as a share of the mean irradiance.
-//! The lights are then taken to be without size. A note tells the errors. If fewer texels are lit than
-//! `count`, there are fewer lights, with a warning.
+//! This treats the lights as points. A note reports the errors. If fewer texels are lit than `count`, there
+//! are fewer lights, with a warning.
 //!
 //! ## What comes out
 //!
@@ -36,15 +43,6 @@
 //!
 //! A disk whose irradiance is E and whose angular radius is a has the light (flux) 2 E / (1 + cos(a)). The
 //! irradiance of each surface that sees a whole region is that of the region exactly.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.rig]
-//! kind = "sample-light"
-//! input = "environment"
-//! count = 16
-//! ```
 
 use std::num::NonZeroU32;
 

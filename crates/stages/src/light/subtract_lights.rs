@@ -1,5 +1,11 @@
 //! Takes lights out of an environment: what is left when a sun is a light of its own.
 //!
+//! ```toml
+//! [stage.sky]
+//! kind = "subtract-lights"
+//! inputs = { environment = "environment", lights = "lighting" }
+//! ```
+//!
 //! A light that shines beside an environment must not be in it too: it would count twice, and a series of the
 //! environment would ring around it. The lights may be those that `project-sh` found, those of
 //! `sample-light`, or a sun of `circular-lights` where the picture has one.
@@ -14,15 +20,7 @@
 //! The lights of a rig are all of its light: nothing is left. To keep a soft part, take the lights of a
 //! lighting in which lamps are separate, or the strongest of a rig: `most` lights at most are subtracted.
 //!
-//! The series of the lighting plays no part.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.sky]
-//! kind = "subtract-lights"
-//! inputs = { environment = "environment", lights = "lighting" }
-//! ```
+//! The series of the lighting is not used.
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 use sh::Light;

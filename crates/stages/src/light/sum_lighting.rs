@@ -1,15 +1,13 @@
 //! Adds the light of two lightings: lamps to a sky, a sun to a studio.
 //!
-//! The sum has the series of both, to the higher of both degrees, and the lights beside both. A series that
-//! is cut at a low degree is not made sharper by one of a high degree. Stages in a row add more than two.
-//!
-//! ## Example
-//!
 //! ```toml
 //! [stage.light]
 //! kind = "sum-lighting"
 //! inputs = { lighting = "sky", added = "lamps" }
 //! ```
+//!
+//! The sum has the series of both, to the higher of both degrees, and the lights beside both. A series that
+//! is cut at a low degree is not made sharper by one of a high degree. Stages in a row add more than two.
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 

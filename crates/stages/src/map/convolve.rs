@@ -1,5 +1,11 @@
 //! Reflects a lighting off a material: the reflected light field in spherical harmonics.
 //!
+//! ```toml
+//! [stage.reflection]
+//! kind = "convolve"
+//! inputs = { lighting = "lighting", brdf = "coefficients" }
+//! ```
+//!
 //! For a radially symmetric material (P = 0), such as `lambert` and `phong`, the field is a function of one
 //! direction, and this is the convolution of Ramamoorthi and Hanrahan (2002):
 //!
@@ -40,29 +46,21 @@
 //! with a warning.
 //!
 //! If such a cut shows, a warning says by how much: if 5 % of the views are off by more than 0.1 stop, or
-//! more than 0.5 % of them are below zero by a tenth of e, black in a picture. It names the remedy that was
-//! found to help most here, no degree or a window, if it takes off at least half of what shows.
+//! more than 0.5 % of them are below zero by a tenth of e, black in a picture. It recommends what helps most
+//! here, to name no degree or a window, if that removes at least half of the error.
 //!
 //! ## Parts
 //!
 //! A material with a matte base under a highlight has two centres. Beside the field of both about the
 //! reflection vector, from which a preview or a report looks, this stage keeps a field for each part about
 //! its own centre, with its own F and P, for exports that write a map of each. Their degrees are those at
-//! which the cut of their sum does not show, in the measure of above; the note has its errors.
+//! which the cut of their sum does not show, by the same measure; the note has its errors.
 //!
 //! ## Windows
 //!
 //! A `window` scales the terms of each l (see `project-sh`), which calms the rings of a cut and blurs what
 //! was sharp. `"auto"` takes the least window that helps, if no degrees are enough, and otherwise none; with
 //! degrees that the manifest names, with `accept` and with `error` it takes none.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.reflection]
-//! kind = "convolve"
-//! inputs = { lighting = "lighting", brdf = "coefficients" }
-//! ```
 
 use brdf::{BrdfCoefficients, Material};
 use containers::tensors;

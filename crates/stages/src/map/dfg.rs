@@ -1,5 +1,12 @@
 //! Writes the table of directional albedos that engines look up beside a prefiltered environment.
 //!
+//! ```toml
+//! [stage.dfg]
+//! kind = "dfg"
+//! variant = "correlated"
+//! path = "dfg"
+//! ```
+//!
 //! A texel holds A and B of E = F0 A + B, the share of light that a GGX lobe reflects when all directions are
 //! equally bright, F0 being the reflectance seen straight on (Karis 2013, "Real Shading in Unreal Engine 4";
 //! glTF and Filament call the table DFG). The column is n.v, the row the roughness r, a = r^2; both at the
@@ -30,20 +37,11 @@
 //! normal. It is fitted in seconds.
 //!
 //! Values are accurate to 1e-6, and are rounded to halves by the formats KTX2 and DDS: RG16F, or RGBA16F with
-//! sheen. OpenEXR holds floats. The table depends on nothing, so that it is computed once.
+//! sheen. OpenEXR holds floats. The table has no input, so it is computed once.
 //!
 //! ## Files
 //!
 //! `.ktx2`, `.exr` or `.dds` after the item's `path`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.dfg]
-//! kind = "dfg"
-//! variant = "correlated"
-//! path = "dfg"
-//! ```
 
 use brdf::{ScaleBias, Visibility, environment_brdf, sheen_albedo};
 use containers::{Precision, TexelFormat, Texture, write_dds, write_exr, write_ktx2};

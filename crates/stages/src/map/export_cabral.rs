@@ -1,5 +1,14 @@
 //! Writes Cabral's maps: twelve reflection maps, one for each vertex of an icosahedron as the view.
 //!
+//! ```toml
+//! [stage.cabral]
+//! kind = "export-cabral"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! path = "{environment}/{material}/cabral"
+//! ```
+//!
 //! A renderer that can look up a reflection map can show a material that changes with the view by blending
 //! three of twelve (Cabral, Olano and Nemec 1999). Map k holds the radiance toward the view V_k for every
 //! central direction of the surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is
@@ -53,17 +62,6 @@
 //!
 //! RGBE cannot hold negative values, which a truncated series can have: they become 0, with a warning.
 //! `precision` and `overflow` choose what the other formats hold.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.cabral]
-//! kind = "export-cabral"
-//! input = "reflection"
-//! layout = "cube"
-//! resolution = 64
-//! path = "{environment}/{material}/cabral"
-//! ```
 
 use std::any::Any;
 use std::f64::consts::FRAC_PI_4;

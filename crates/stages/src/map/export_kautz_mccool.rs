@@ -1,5 +1,14 @@
 //! Writes Kautz and McCool's 3D texture: reflection maps for angles between central direction and view.
 //!
+//! ```toml
+//! [stage.kautz-mccool]
+//! kind = "export-kautz-mccool"
+//! input = "reflection"
+//! resolution = 64
+//! slices = 16
+//! path = "{environment}/{material}/kautz-mccool"
+//! ```
+//!
 //! A material whose highlight looks the same from all around its central direction (for most materials the
 //! reflection vector R) needs one more dimension than a reflection map: the angle theta_o between R and the
 //! view (Kautz and McCool 2000). Slice k of the texture is the reflection map at the angle theta_k
@@ -37,17 +46,6 @@
 //! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
 //! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
 //! `parts = "together"` one folder holds the sum, about the reflection vector.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.kautz-mccool]
-//! kind = "export-kautz-mccool"
-//! input = "reflection"
-//! resolution = 64
-//! slices = 16
-//! path = "{environment}/{material}/kautz-mccool"
-//! ```
 
 use std::any::Any;
 

@@ -1,5 +1,14 @@
 //! Writes a reflection map: the light that a material reflects, per direction.
 //!
+//! ```toml
+//! [stage.irradiance]
+//! kind = "export-reflection-map"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! path = "{environment}/{material}/reflection"
+//! ```
+//!
 //! A texel in direction w holds the radiance that is reflected when the material's central direction is w.
 //! For a phong material that direction is the reflection vector: look the map up by it. For a lambert
 //! material it is the surface normal, and the map is an *irradiance map*: with albedo 1 it holds the
@@ -34,7 +43,7 @@
 //! The map is evaluated from coefficients at the centre of each texel. It holds every detail if a lat-long
 //! map has more rows than the degree, or the edge of a cube has more texels than two thirds of the degree.
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is for looking only.
+//! `contact-sheet`, and is only for looking at.
 //!
 //! ## Files
 //!
@@ -55,17 +64,6 @@
 //! degree can hold negative values. A note counts them. OpenEXR keeps them, because they are part of the
 //! function; Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh`
 //! prevents them.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.irradiance]
-//! kind = "export-reflection-map"
-//! input = "reflection"
-//! layout = "cube"
-//! resolution = 64
-//! path = "{environment}/{material}/reflection"
-//! ```
 
 use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 use sh::{energy_per_degree, lambda};

@@ -1,6 +1,17 @@
 //! Writes a spherical harmonic reflection map (SHRM): what a material reflects, for every direction and every
 //! view.
 //!
+//! ```toml
+//! [stage.shrm]
+//! kind = "export-shrm"
+//! input = "reflection"
+//! layout = "cube"
+//! resolution = 64
+//! view = "local"
+//! format = "ktx2"
+//! path = "{environment}/{material}/shrm"
+//! ```
+//!
 //! A texel in direction C holds the coefficients of the light that is reflected toward each view V when the
 //! material's central direction is C: the reflection vector, the normal (lambert) or the tangent
 //! (kajiya-kay), as the file's `centre` says. One map serves every viewpoint, at any roughness, with the
@@ -280,19 +291,6 @@
 //!     }
 //!     return max(sum, vec3(0.0));
 //! }
-//! ```
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.shrm]
-//! kind = "export-shrm"
-//! input = "reflection"
-//! layout = "cube"
-//! resolution = 64
-//! view = "local"
-//! format = "ktx2"
-//! path = "{environment}/{material}/shrm"
 //! ```
 
 use std::any::Any;

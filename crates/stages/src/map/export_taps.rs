@@ -1,6 +1,13 @@
 //! Writes compact maps: the scale space of an environment (`scale-space`), the taps of a material
 //! (`fit-taps`), or both in one file.
 //!
+//! ```toml
+//! [stage.compact]
+//! kind = "export-taps"
+//! inputs = { scale-space = "light", taps = "taps" }
+//! path = "{environment}/{material}/taps"
+//! ```
+//!
 //! A renderer needs one scale space for each environment and one table for each material. Connect one of them
 //! to write it once, or both for one file of a pair. For a pair the build measures how far the taps are from
 //! the sum over the pixels of the environment, toward 2000 views as a ball shows them (100 if the material
@@ -93,15 +100,6 @@
 //! M is looked up in two levels, with x = 4 log2(s / s_0) between 0 and the last: level k = floor(x) and the
 //! next, mixed by (2^((x - k) / 2) - 1) (1 + sqrt(2)), which is linear in the variance. H is linear in 3 y
 //! between two kernels. docs/taps.md has the whole of it.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.compact]
-//! kind = "export-taps"
-//! inputs = { scale-space = "light", taps = "taps" }
-//! path = "{environment}/{material}/taps"
-//! ```
 
 use containers::{
     Encoded, Precision, TexelFormat, Texture, tensors, write_dds, write_dds_rgba, write_exr, write_exr_rgba,

@@ -1,5 +1,14 @@
 //! Writes explicit reflection maps for T x T views: the whole reflected light field as a table.
 //!
+//! ```toml
+//! [stage.view-maps]
+//! kind = "export-view-maps"
+//! input = "reflection"
+//! views = 9
+//! resolution = 32
+//! path = "{environment}/{material}/view-maps"
+//! ```
+//!
 //! Each map is a plain reflection map for one view, so a renderer without spherical harmonics can show a
 //! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and Hanrahan
 //! 2002; [RH02, sec. 5.2 and app. C]). It is the largest of the exports: T x T maps, compared with the
@@ -36,17 +45,6 @@
 //! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
 //! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
 //! `parts = "together"` one folder holds the sum, about the reflection vector.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.view-maps]
-//! kind = "export-view-maps"
-//! input = "reflection"
-//! views = 9
-//! resolution = 32
-//! path = "{environment}/{material}/view-maps"
-//! ```
 
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
 use shrm::{MapLayout, MapViews, View};

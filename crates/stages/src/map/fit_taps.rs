@@ -1,5 +1,11 @@
 //! Fits the look-ups, or taps, by which a material reads the scale space of an environment: a table of 4 KB.
 //!
+//! ```toml
+//! [stage.taps]
+//! kind = "fit-taps"
+//! input = "material"
+//! ```
+//!
 //! > B(R, V) ~ sum over j < J of a_j(theta_v) M(d_j, s_j(theta_v))
 //! > + sum over k < K of b_k(theta_v) H(N, y_k(theta_v))
 //!
@@ -35,14 +41,6 @@
 //! with `taps = "auto"`, and `export-taps` takes one of the two. For shaders without tangents there are taps
 //! of its mean over all turns about the normal as well. Materials that reflect in a cone about the tangent,
 //! as kajiya-kay does, have these alone, with a warning.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.taps]
-//! kind = "fit-taps"
-//! input = "material"
-//! ```
 
 use brdf::{Centre, Material};
 use containers::tensors::{MaterialTaps, VariedTaps};

@@ -1,5 +1,11 @@
 //! Reads explicit reflection maps for several views and fits a spherical harmonic reflection map to them.
 //!
+//! ```toml
+//! [stage.old-maps]
+//! kind = "import-reflection-maps"
+//! source = "assets/old-gold/cabral.json"
+//! ```
+//!
 //! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance, TIFF) or
 //! textures (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write
 //! such an index; for old data from other programs write one by hand. The result is of type `shrm`, for
@@ -74,14 +80,6 @@
 //! ## Processors
 //!
 //! As for `import-environment`, the kind of processor is part of the key.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.old-maps]
-//! kind = "import-reflection-maps"
-//! source = "assets/old-gold/cabral.json"
-//! ```
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read as _;

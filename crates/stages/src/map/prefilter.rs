@@ -1,5 +1,13 @@
 //! Prefilters an environment for a list of roughnesses: the cube with levels that an engine reflects.
 //!
+//! ```toml
+//! [stage.prefiltered]
+//! kind = "prefilter"
+//! input = "environment"
+//! preset = "filament"
+//! resolution = 256
+//! ```
+//!
 //! An engine looks up, for the direction it reflects in, the mean of the light over a lobe that is wider the
 //! rougher the surface is. Each level of the cube holds that mean for one roughness r, with a = r^2, view,
 //! normal and reflection vector being one (N):
@@ -43,16 +51,6 @@
 //! level (RMS) in soft light, 0.3 to 1.2 percent in photographs without a sun, 2 to 4 percent if a sun of
 //! few pixels is nearly all of the light, and up to 9 if that lies in a corner of the cube. The note
 //! compares 64 texels with quadrature, and may miss a sun. Other levels are made as with `auto`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.prefiltered]
-//! kind = "prefilter"
-//! input = "environment"
-//! preset = "filament"
-//! resolution = 256
-//! ```
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter};

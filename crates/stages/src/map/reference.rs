@@ -1,5 +1,15 @@
 //! Writes a reflection map without harmonics: the integral that the other kinds compute faster.
 //!
+//! ```toml
+//! [stage.truth]
+//! kind = "reference"
+//! inputs = { environment = "environment", material = "material" }
+//! view = [30.0, -10.0]
+//! resolution = 32
+//! format = "png"
+//! path = "{environment}/{material}/truth"
+//! ```
+//!
 //! Each texel is the integral of radiance times rho_hat (the BRDF with its cosine) over all directions:
 //!
 //! > B(C, V) = integral over w of L(w) rho_hat(w, V) dOmega
@@ -53,18 +63,6 @@
 //! ## Files
 //!
 //! The same files as `export-reflection-map` writes with the same `layout` and `format`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.truth]
-//! kind = "reference"
-//! inputs = { environment = "environment", material = "material" }
-//! view = [30.0, -10.0]
-//! resolution = 32
-//! format = "png"
-//! path = "{environment}/{material}/truth"
-//! ```
 
 use std::ops::Range;
 

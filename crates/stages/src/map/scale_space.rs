@@ -1,12 +1,18 @@
 //! Blurs an environment by Gaussians of many widths: the one small map that every material reads by a few
 //! look-ups.
 //!
+//! ```toml
+//! [stage.light]
+//! kind = "scale-space"
+//! input = "environment"
+//! ```
+//!
 //! > M(d, s) = integral of L(w) g_s(angle(w, d)) dw
 //!
 //! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A
 //! material is a table of look-ups, or taps (`fit-taps`): where a pixel looks, by the angle between view and
 //! normal, how wide, and with which weight. Six of them come within a tenth of a stop of the integral over
-//! the whole environment. The scale space knows no material, and so an edit of the light makes it anew and
+//! the whole environment. The scale space does not depend on materials: an edit of the light remakes it and
 //! nothing else, and an edit of a material leaves it alone. docs/taps.md derives all this, with the errors of
 //! many materials.
 //!
@@ -34,14 +40,6 @@
 //! direction and an irradiance. A renderer adds each by the material's own formula, which costs less than two
 //! look-ups, and is exact where blurred lamps are farthest from the truth. All other light stays in the
 //! levels, with its real shape: nothing is lost with `lights = 0`.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.light]
-//! kind = "scale-space"
-//! input = "environment"
-//! ```
 
 use containers::tensors::EnvironmentScales;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};

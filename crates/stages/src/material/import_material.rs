@@ -1,5 +1,15 @@
-//! Reads a material: a TOML file that names a reflection model and its parameters, a measured BRDF, or a
-//! material of a glTF file.
+//! Reads a material: a TOML file that names a reflection model and its parameters, a preset, a measured BRDF,
+//! or a material of a glTF, OpenPBR or MaterialX file.
+//!
+//! ```toml
+//! [stage.material]
+//! kind = "import-material"
+//! source = "assets/materials/*.toml"
+//!
+//! [stage.pot]
+//! kind = "import-material"
+//! material = "copper"                # a preset, without a file
+//! ```
 //!
 //! Every file that `source` matches gives one item. All errors of a file are reported together, each with its
 //! line and column. A colour is `[red, green, blue]` in linear Rec. 709, or one number for a grey.
@@ -16,6 +26,24 @@
 //! the albedo of a material file by angle, and whether the material is reciprocal. With `--picture` it also
 //! draws the material to a PNG: the lobes for light from four angles, the albedo by angle as curves, and a
 //! ball.
+//!
+//! ## Presets
+//!
+//! A preset is a material with a name, whose colour was measured: `material = "copper"` in a stage without
+//! `source`, or in a material file and its layers, where other keys replace the preset's:
+//!
+//! ```toml
+//! # pot.toml
+//! material = "copper"
+//! roughness = 0.6
+//! ```
+//!
+//! All presets are of the model `standard`. `specula init --materials` writes them as files, which say where
+//! the numbers come from; `specula inspect copper` and `specula preview copper` show them.
+//!
+//! | preset | what it is |
+//! | --- | --- |
+//! {list: presets}
 //!
 //! ## Models
 //!
@@ -81,6 +109,29 @@
 //! texture. If the file *requires* an extension that is not read, the material is an error, unless the
 //! extension belongs to other materials of the file, or to meshes, lights or animations.
 //!
+//! ## OpenPBR and MaterialX
+//!
+//! `source` may name a `.mtlx` file, with `material` if it has several, and `model = "materialx"` names one
+//! in a material file, as `gltf` does. Surface shaders of the kinds `standard_surface` and `open_pbr_surface`
+//! become a material of the model `standard`; C is the weight of the coat, T = 1 + C (coat_color - 1):
+//!
+//! | `standard` | `standard_surface` | `open_pbr_surface` |
+//! | --- | --- | --- |
+//! | `base_color` | T base base_color | T base_weight base_color; of a metal times specular_weight |
+//! | `metallic` | metalness | base_metalness |
+//! | `roughness` | specular_roughness; coat_affect_roughness blurs it under a coat | specular_roughness; a rough coat blurs it |
+//! | `ior` | specular_IOR | specular_ior, divided by coat_ior under a coat, with specular_weight on F_0 |
+//! | `specular`, `specular_color` | specular, T specular_color | less than 1 below F_0 = 0.02, T specular_color |
+//! | `clearcoat`, `clearcoat_roughness` | coat, coat_roughness | coat_weight, coat_roughness |
+//! | `sheen`, `sheen_roughness` | sheen sheen_color, the root of sheen_roughness | fuzz_weight fuzz_color, fuzz_roughness^1.25 |
+//!
+//! The base of what transmits light is darker by that share, and light that scatters below the surface leaves
+//! it at once, in subsurface_color. Warnings, each with its line, name these and what is left out: emitted
+//! light, opacity, anisotropy, thin films, the rough base, a metal's tinted edge, the coat's own index and
+//! what it does to the colours below. Values of connected `constant` nodes are read; textures and other nodes
+//! are not, and the shader's default stands for them. Colours of the spaces `srgb_texture` and
+//! `acescg` are converted.
+//!
 //! ## Layers
 //!
 //! `layers` sums several materials, each a table with its `model`. A layer's weight is in its own parameters.
@@ -96,25 +147,20 @@
 //! If all layers are centred on one direction, so is their sum. Otherwise layers that are centred on the
 //! normal are projected about the reflection vector, which takes more degrees. `kajiya-kay` is centred on the
 //! tangent and cannot be combined with other models. Layers may hold layers, at most 32 deep.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.material]
-//! kind = "import-material"
-//! source = "assets/materials/*.toml"
-//! ```
 
+use containers::MaterialChoice;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 
 use super::material_file::{check_material, read_material};
 use super::material_manual;
+use super::presets::{self, Preset};
 use crate::values::{ChosenMaterial, artifacts};
 
 parameters! {
     /// Parameters of `import-material`; those of a material are in its file.
     pub(crate) struct Parameters {
-        /// The material of a glTF file. Default: the only one.
+        /// The material of a glTF or MaterialX file (default: the only one), or, without `source`, the name
+        /// of a preset.
         material: Option<ChosenMaterial> = None,
     }
 }
@@ -129,6 +175,7 @@ impl Kind for ImportMaterial {
     const REVISION: u32 = 1;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
+    const BUILT_IN: Option<&'static str> = Some(presets::KEY);
 
     fn manual(text: String) -> String {
         material_manual::fill_in(&text)
@@ -142,6 +189,15 @@ impl Kind for ImportMaterial {
         Product::Artifact(artifacts::Material::TYPE)
     }
 
+    fn built_in(parameters: &Parameters) -> Result<Option<String>, String> {
+        match &parameters.material {
+            Some(ChosenMaterial(MaterialChoice::Name(name))) => {
+                Preset::named(name).map(|preset| Some(preset.name.to_owned()))
+            }
+            _ => Ok(None),
+        }
+    }
+
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let path = context.files.source()?;
         if context.files.is_folder(path) {
@@ -152,6 +208,11 @@ impl Kind for ImportMaterial {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        if let (Err(_), Ok(Some(name))) = (context.files.source(), Self::built_in(parameters)) {
+            let preset = Preset::named(&name).map_err(Failure::new)?;
+            let found = read_material(&name, preset.text.as_bytes(), None, &|path| context.files.read(path))?;
+            return Output::artifact(artifacts::Material(found.material));
+        }
         let reporter = &context.reporter;
         let path = context.files.source()?;
         let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();

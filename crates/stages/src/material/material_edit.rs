@@ -8,7 +8,9 @@ use brdf::{Absent, MODELS, Parameter, Value, ValueType, Values};
 use engine::{Document, Table, Value as Toml, ValueKind};
 use preview::{FormSection, MaterialForm};
 
-use super::material_file::{GLTF, LAYERS, MEASURED, is_gltf_file, is_measured_file};
+use super::material_file::{GLTF, LAYERS, MATERIALX, MEASURED, is_gltf_file, is_measured_file};
+use super::materialx_file::is_materialx_file;
+use super::presets::{self, Preset};
 use crate::values::{TomlText, is_integer, table_of, toml_text};
 
 /// The one parameter of a measured table.
@@ -26,6 +28,9 @@ pub fn why_not_editable(file: &Path) -> Option<String> {
     let reason = if is_gltf_file(&name) {
         "a material of a glTF file is edited where it was made; a material file of the model standard has the same \
          parameters"
+    } else if is_materialx_file(&name) {
+        "a material of a MaterialX file is edited where it was made; a material file of the model standard has the \
+         same parameters"
     } else if is_measured_file(&name) {
         "a measured table has no parameters; a material file with model = \"measured\" can scale it"
     } else {
@@ -95,7 +100,12 @@ fn add_sections(
             ValueKind::String(name) => name.as_str(),
             _ => return None,
         },
-        None => LAYERS,
+        None => match table.get(presets::KEY).map(|entry| &entry.value.kind) {
+            Some(ValueKind::String(name)) => {
+                return add_sections(&Preset::named(name).ok()?.with(table)?, layer, place, sections);
+            }
+            _ => LAYERS,
+        },
     };
     let heading =
         |model: &str| if layer.is_empty() { model.to_owned() } else { format!("layer {layer}: {model}") };
@@ -112,7 +122,7 @@ fn add_sections(
             }
             Some(())
         }
-        GLTF => Some(()),
+        GLTF | MATERIALX => Some(()),
         MEASURED => add_section(table, &[SCALE], heading(model), place, sections),
         _ => {
             let model = MODELS.iter().find(|known| known.name == model)?;
@@ -247,6 +257,15 @@ mod tests {
             form.set(field, value);
         }
         material_with_form("paint.toml", text, &form).unwrap()
+    }
+
+    #[test]
+    fn a_preset_gets_the_keys_that_differ_from_it() {
+        let text = "# Polished.\nmaterial = \"copper\" # as measured\n";
+        let form = material_form("pot.toml", text).unwrap();
+        assert_eq!(form.sections[0].heading, "standard");
+        let new = edited(text, &[(0, "roughness", Value::Number(0.1))]);
+        assert_eq!(new, format!("{text}roughness = 0.1\n"));
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Material files: TOML that names models by [`brdf::MODELS`], measured files, and materials of glTF files.
+//! Material files: TOML that names models by [`brdf::MODELS`], measured files, and materials of glTF and
+//! MaterialX files.
 //!
 //! One mechanism reads every model: the model's list of parameters defines the keys, their types and their
 //! ranges. All errors of a file are reported together, each with its place.
@@ -16,12 +17,15 @@ use engine::{
     ValueKind, nearest, unexpected, unknown_keys,
 };
 
+use super::materialx_file::{is_materialx_file, read_materialx};
+use super::presets::{self, Preset};
 use crate::values::ChosenMaterial;
 
 /// The values of `model` that are not analytic models.
 pub(crate) const MEASURED: &str = "measured";
 pub(crate) const LAYERS: &str = "layers";
 pub(crate) const GLTF: &str = "gltf";
+pub(crate) const MATERIALX: &str = "materialx";
 
 /// The depth to which layers may be nested: the JSON reader of material artifacts limits it to about 60.
 const DEEPEST: usize = 32;
@@ -34,7 +38,7 @@ pub struct MaterialFile {
     /// Notes on measured files (values that were missing, out of gamut or interpolated) and on textures that
     /// were averaged.
     pub notes: Vec<String>,
-    /// The statements of a glTF file about the material that are not read.
+    /// The statements of a glTF or MaterialX file about the material that are not read.
     pub warnings: Vec<String>,
 }
 
@@ -42,7 +46,7 @@ pub struct MaterialFile {
 pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
 
 /// The material of a file: a material file's text, or by its name's ending a measured BRDF or a material of a
-/// glTF file, `choice` if there are several.
+/// glTF or MaterialX file, `choice` if there are several.
 ///
 /// `name` is the file's name, for messages. Files that it names are read by `read`.
 ///
@@ -76,11 +80,14 @@ fn read_with(
         let GltfMaterial { material, notes, warnings } = found.map_err(|failure| failure.context(name))?;
         return Ok(MaterialFile { material: Material::Standard(material), notes, warnings });
     }
+    if is_materialx_file(name) {
+        return read_materialx(bytes, choice).map_err(|failure| failure.context(name));
+    }
     if choice.is_some() {
         return Err(Failure::new(format!(
-            "{name} is not a glTF file, of whose materials one could be chosen"
+            "{name} is not a glTF or MaterialX file, of whose materials one could be chosen"
         ))
-        .help("remove `material`, or name a .gltf or .glb file"));
+        .help("remove `material`, or name a .gltf, .glb or .mtlx file"));
     }
     if MeasuredFormat::of_name(name).is_some() {
         let Reading { material, notes, .. } =
@@ -94,7 +101,7 @@ fn read_with(
         // Probably a picture or a table with another extension: its syntax errors would not help.
         let wrong = format!("{name} is not TOML, and does not have the extension of a measured BRDF");
         let chain = [wrong].into_iter().chain(errors.to_string().lines().next().map(str::to_owned)).collect();
-        let help = format!("expected .toml, .gltf, .glb, or one of: {}", endings());
+        let help = format!("expected .toml, .gltf, .glb, .mtlx, or one of: {}", endings());
         Failure { help: Some(help), ..failure_of(chain) }
     })?;
     let mut reader =
@@ -131,6 +138,10 @@ pub(crate) fn check_material(
         return Ok(measured::check(&name, &mut file, None).map_err(|error| error.within(&*name))?);
     }
     let mut bytes = Vec::new();
+    if is_materialx_file(&name) {
+        file.read_to_end(&mut bytes)?;
+        return read_with(&name, &bytes, choice, Access::Headers(open)).map(drop);
+    }
     file.take(Document::MAX_BYTES as u64 + 1).read_to_end(&mut bytes)?;
     read_with(&name, &bytes, choice, Access::Headers(open)).map(drop)
 }
@@ -167,7 +178,7 @@ pub(crate) fn endings() -> String {
 
 /// Every name that `model` may have.
 fn names() -> impl Iterator<Item = &'static str> {
-    MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, LAYERS])
+    MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, MATERIALX, LAYERS])
 }
 
 /// The expected form of a value, for messages and the manual.
@@ -201,9 +212,12 @@ impl MaterialReader<'_> {
             if table.get(LAYERS).is_some() {
                 return self.layers(table);
             }
+            if let Some(entry) = table.get(presets::KEY) {
+                return self.preset(entry, table);
+            }
             let error = Diagnostic::at(table.span.clone(), "\"model\" is missing").expected(expected());
             let mut near = table.entries.iter().filter_map(|entry| {
-                Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS])?))
+                Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS, presets::KEY])?))
             });
             self.errors.push(match near.next() {
                 Some((key, near)) => error.help(format!("did you mean {near:?} by {key:?}?")),
@@ -232,17 +246,35 @@ impl MaterialReader<'_> {
         }
         match name.as_str() {
             MEASURED => self.measured(&rest),
-            GLTF => self.gltf(&rest),
+            GLTF | MATERIALX => self.of_several(&rest, name == MATERIALX),
             LAYERS => self.layers(&rest),
             _ => match MODELS.iter().find(|model| model.name == name) {
                 Some(model) => self.analytic(model, &rest),
                 None => {
                     let error =
                         Diagnostic::at(entry.value.span.clone(), format!("there is no model {name:?}"));
-                    self.errors.push(with_nearest(error.expected(expected()), &name, names()));
+                    let error = error.expected(expected());
+                    self.errors.push(match Preset::named(&name) {
+                        Ok(_) => error.help(format!("{name} is a preset: {} = {name:?}", presets::KEY)),
+                        Err(_) => with_nearest(error, &name, names()),
+                    });
                     None
                 }
             },
+        }
+    }
+
+    /// The material of a table that names a preset.
+    fn preset(&mut self, entry: &Entry, table: &Table) -> Option<Material> {
+        let ValueKind::String(name) = &entry.value.kind else {
+            return self.refuse(is_not(&entry.value, "the name of a preset"), presets::KEY);
+        };
+        match Preset::named(name) {
+            Ok(preset) => self.material(&preset.with(table)?),
+            Err(message) => {
+                let error = Diagnostic::at(entry.value.span.clone(), message);
+                self.refuse(error.help("`specula stages import-material` lists the presets"), presets::KEY)
+            }
         }
     }
 
@@ -427,8 +459,8 @@ impl MaterialReader<'_> {
         scaled.map_err(|error| self.errors.push(Diagnostic::at(place(&error, table), error.to_string()))).ok()
     }
 
-    /// Reads `file` and `material`.
-    fn gltf(&mut self, table: &Table) -> Option<Material> {
+    /// Reads `file` and `material` of a glTF or a MaterialX file.
+    fn of_several(&mut self, table: &Table, is_materialx: bool) -> Option<Material> {
         let before = self.errors.len();
         unknown_keys(table, &["file", "material"].map(str::to_owned), &mut self.errors);
         let choice = match table.get("material").map(|entry| ChosenMaterial::parse(&entry.value)) {
@@ -438,9 +470,9 @@ impl MaterialReader<'_> {
         };
         let Some(entry) = table.get("file") else {
             let error = Diagnostic::at(table.span.clone(), "\"file\" is missing");
-            self.errors.push(
-                error.expected("expected file = the path of a .gltf or .glb file, from this file's folder"),
-            );
+            let endings = if is_materialx { ".mtlx" } else { ".gltf or .glb" };
+            let expected = format!("expected file = the path of a {endings} file, from this file's folder");
+            self.errors.push(error.expected(expected));
             return None;
         };
         let file = match String::parse(&entry.value) {
@@ -452,9 +484,19 @@ impl MaterialReader<'_> {
         }
         let folder = Path::new(&file).parent().unwrap_or(Path::new(""));
         let found = match self.access {
+            Access::Whole(read) if is_materialx => {
+                read(Path::new(&file)).and_then(|bytes| read_materialx(&bytes, choice.as_ref())).map(Some)
+            }
+            Access::Headers(open) if is_materialx => open(Path::new(&file)).and_then(|mut file| {
+                let mut bytes = Vec::new();
+                file.read_to_end(&mut bytes)?;
+                read_materialx(&bytes, choice.as_ref()).map(|_| None)
+            }),
             Access::Whole(read) => read(Path::new(&file)).and_then(|bytes| {
-                read_gltf_material(&bytes, choice.as_ref(), &mut |path: &str| read(&folder.join(path)))
-                    .map(Some)
+                let found =
+                    read_gltf_material(&bytes, choice.as_ref(), &mut |path: &str| read(&folder.join(path)));
+                let GltfMaterial { material, notes, warnings } = found?;
+                Ok(Some(MaterialFile { material: Material::Standard(material), notes, warnings }))
             }),
             Access::Headers(open) => open(Path::new(&file)).and_then(|mut file| {
                 let find = &mut |path: &str| open(&folder.join(path)).map(drop);
@@ -463,10 +505,10 @@ impl MaterialReader<'_> {
         };
         match found {
             Ok(None) => stand_in(),
-            Ok(Some(GltfMaterial { material, notes, warnings })) => {
+            Ok(Some(MaterialFile { material, notes, warnings })) => {
                 self.notes.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
                 self.warnings.extend(warnings.into_iter().map(|warning| format!("{file}: {warning}")));
-                Some(Material::Standard(material))
+                Some(material)
             }
             Err(failure) => {
                 let error = Diagnostic::at(entry.value.span.clone(), failure.chain.join(": "));

@@ -1,13 +1,18 @@
-//! The models in the manual of `import-material`, made from their own texts.
+//! The models and presets in the manual of `import-material`, made from their own texts.
 
 use brdf::{Absent, MODELS, ModelText, Parameter, ValueType};
 
 use super::material_file::looks_like;
 use super::material_schema::capital;
+use super::presets::PRESETS;
 
-/// Fills the section of each model into a manual, which has a place for them, a name in braces.
+/// Fills the section of each model and the rows of presets into a manual, which has a place for them, a name
+/// in braces.
 pub(crate) fn fill_in(manual: &str) -> String {
-    manual.replace("{list: models}", &MODELS.iter().map(section).collect::<Vec<_>>().join("\n\n"))
+    let presets = PRESETS.iter().map(|preset| format!("| `{}` | {} |", preset.name, preset.summary()));
+    manual
+        .replace("{list: models}", &MODELS.iter().map(section).collect::<Vec<_>>().join("\n\n"))
+        .replace("{list: presets}", &presets.collect::<Vec<_>>().join("\n"))
 }
 
 fn section(model: &ModelText) -> String {

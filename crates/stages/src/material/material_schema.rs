@@ -9,15 +9,16 @@ use containers::measured::MeasuredFormat;
 use engine::Parameter as _;
 use serde_json::{Map, Value, json};
 
-use super::material_file::{GLTF, LAYERS, MEASURED, endings};
+use super::material_file::{GLTF, LAYERS, MATERIALX, MEASURED, endings};
+use super::presets::{self, PRESETS};
 use crate::values::ChosenMaterial;
 
 /// The JSON Schema (draft 2020-12) of material files.
 pub fn material_schema() -> Value {
-    let names = MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, LAYERS]);
+    let names = MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, MATERIALX, LAYERS, PRESET]);
     let branches = names.map(|name| json!({ "$ref": format!("#/$defs/{name}") })).collect::<Vec<_>>();
-    let description = "A material: a reflection model with its parameters, a measured file, a material of a glTF file, or layers of \
-         materials.";
+    let description = "A material: a reflection model with its parameters, a measured file, a material of a glTF or MaterialX file, a preset, or \
+         layers of materials.";
     let mut definitions = Map::new();
     definitions.insert(
         "material".into(),
@@ -25,8 +26,10 @@ pub fn material_schema() -> Value {
     );
     definitions.extend(MODELS.iter().map(|model| (model.name.to_owned(), of_model(model))));
     definitions.insert(MEASURED.into(), measured());
-    definitions.insert(GLTF.into(), gltf());
+    definitions.insert(GLTF.into(), of_several(GLTF, "glTF", ".gltf or .glb"));
+    definitions.insert(MATERIALX.into(), of_several(MATERIALX, "MaterialX", ".mtlx"));
     definitions.insert(LAYERS.into(), layers());
+    definitions.insert(PRESET.into(), preset());
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "A material of Specula",
@@ -111,19 +114,37 @@ fn measured() -> Value {
     object(summary, properties.into_iter().collect(), &["model", "file"])
 }
 
-fn gltf() -> Value {
-    let summary = "a material of a glTF file";
+/// A material of a file that may hold several.
+fn of_several(model: &str, format: &str, endings: &str) -> Value {
+    let summary = format!("a material of a {format} file");
     let mut material = ChosenMaterial::schema();
     material["description"] =
         "The name of the material, or its number from 0 on. Optional if the file has only one.".into();
-    let file = "The .gltf or .glb file, from this file's folder.";
+    let file = format!("The {endings} file, from this file's folder.");
     let properties = [
-        ("model", json!({ "const": GLTF, "description": summary })),
+        ("model", json!({ "const": model, "description": summary })),
         ("file", json!({ "type": "string", "description": file })),
         ("material", material),
     ];
     let properties = properties.map(|(name, schema)| (name.to_owned(), schema));
-    object(summary, properties.into_iter().collect(), &["model", "file"])
+    object(&summary, properties.into_iter().collect(), &["model", "file"])
+}
+
+/// The name of the definition of a file that names a preset.
+const PRESET: &str = "preset";
+
+/// A preset, with any parameters of `standard`, which is the model of all presets.
+fn preset() -> Value {
+    let summary = "a preset, and parameters that differ from it";
+    let standard = MODELS.iter().find(|model| model.name == "standard");
+    let (mut properties, _) = standard.map(|model| of_parameters(model.parameters)).unwrap_or_default();
+    let names = PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>();
+    let words = PRESETS.iter().map(|preset| format!("{}: {}", preset.name, preset.summary()));
+    let description = format!("The name of a preset.\n\n{}.", words.collect::<Vec<_>>().join(".\n"));
+    properties.insert(presets::KEY.into(), json!({ "enum": names, "description": description }));
+    // A preset has other values than the model.
+    properties.values_mut().filter_map(Value::as_object_mut).for_each(|schema| _ = schema.remove("default"));
+    object(summary, properties, &[presets::KEY])
 }
 
 fn layers() -> Value {

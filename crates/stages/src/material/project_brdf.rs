@@ -1,5 +1,11 @@
 //! Projects a material into spherical harmonics: the coefficients of its transfer function.
 //!
+//! ```toml
+//! [stage.coefficients]
+//! kind = "project-brdf"
+//! input = "material"
+//! ```
+//!
 //! > rho_hat(w_i, w_o) = sum over l, p, q of rho_lpq Y*_lq(w_i) Y_pq(w_o)
 //!
 //! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident and the outgoing
@@ -83,14 +89,6 @@
 //!
 //! A `report` compares two maps with one. Models that are one formula
 //! (lafortune, ashikhmin-shirley, measured tables) belong to the specular part as a whole.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.coefficients]
-//! kind = "project-brdf"
-//! input = "material"
-//! ```
 
 use brdf::{
     BrdfCoefficients, Choice, Lambert, MOST_UNKNOWNS, Material, NearestBrdfError, Part, Projection,
@@ -148,7 +146,7 @@ const UNCERTAIN: f64 = 0.02;
 /// The most p that are listed one by one.
 const MOST_TOLD: usize = 13;
 
-/// `degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %`
+/// `degrees [11, 2] hold 97.2 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %`
 fn described(projection: &Projection) -> String {
     let coefficients = &projection.coefficients;
     let (f, p) = (coefficients.f().get(), coefficients.p().get());

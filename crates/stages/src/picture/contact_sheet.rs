@@ -1,5 +1,12 @@
 //! Draws a contact sheet: one picture of an environment, its harmonics, and every material under it.
 //!
+//! ```toml
+//! [stage.sheet]
+//! kind = "contact-sheet"
+//! inputs = { environment = "environment", lighting = "lighting", reflection = "reflection" }
+//! path = "{environment}/sheet"
+//! ```
+//!
 //! A sheet shows
 //!
 //! - the environment as a lat-long picture;
@@ -25,15 +32,6 @@
 //! ## Files
 //!
 //! `.png`: 8-bit sRGB, 1680 pixels wide. By default there is one sheet per environment, over all materials.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.sheet]
-//! kind = "contact-sheet"
-//! inputs = { environment = "environment", lighting = "lighting", reflection = "reflection" }
-//! path = "{environment}/sheet"
-//! ```
 
 use std::f64::consts::PI;
 
@@ -84,7 +82,7 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] =
         &[sh::revisions::TRANSFORM, envmap::revisions::LAMPS, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("contact_sheet.rs");

@@ -1,5 +1,21 @@
 //! Draws a mesh under an environment, shaded with the maps that engines will use: a picture, or a turntable.
 //!
+//! ```toml
+//! [stage.preview]
+//! kind = "preview"
+//! inputs = { reflection = "reflection", environment = "environment", material = "material" }
+//! modes = ["prefiltered", "cabral", "kautz-mccool", "local-shrm"]
+//! compare = "brute-force"
+//! mesh = "torus-knot"
+//! size = 320
+//!
+//! [stage.turntable]
+//! kind = "preview"
+//! inputs = { reflection = "reflection", environment = "environment", mesh = "mesh" }
+//! frames = 24
+//! turn = "light"
+//! ```
+//!
 //! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
 //! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
 //! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Lighting
@@ -81,24 +97,6 @@
 //!
 //! `.png`: 8-bit sRGB. An animation is an animated PNG; programs that do not support those show the first
 //! frame.
-//!
-//! ## Example
-//!
-//! ```toml
-//! [stage.preview]
-//! kind = "preview"
-//! inputs = { reflection = "reflection", environment = "environment", material = "material" }
-//! modes = ["prefiltered", "cabral", "kautz-mccool", "local-shrm"]
-//! compare = "brute-force"
-//! mesh = "torus-knot"
-//! size = 320
-//!
-//! [stage.turntable]
-//! kind = "preview"
-//! inputs = { reflection = "reflection", environment = "environment", mesh = "mesh" }
-//! frames = 24
-//! turn = "light"
-//! ```
 
 use std::ops::RangeInclusive;
 

@@ -49,7 +49,7 @@ pub(crate) fn blend(
             .help("connect the mesh that vertex-blend was given, tangents included"));
     }
     if blend.0.value.len() != mesh.positions().len() {
-        return Err(Failure::new("the blend has not as many numbers as the mesh has vertices"));
+        return Err(Failure::new("the blend does not have a number for each vertex of the mesh"));
     }
     if table.count() == 1 {
         context.reporter.warn("the table has one material: the blend changes nothing");

@@ -181,7 +181,7 @@ fn the_asset_that_came_in_is_kept() {
             .input("mesh", (*mesh).clone())
     };
     let ran = export("gltf = \"meshes/{environment}.gltf\"").input("radiance", radiance).run().unwrap();
-    assert_eq!((ran.warnings, ran.notes.len()), (Vec::new(), 1));
+    assert_eq!((&ran.warnings, ran.notes.len()), (&Vec::new(), 1));
     let read = Read::of(ran.files()[0]);
     let asset: Value = serde_json::from_str(text).unwrap();
     for kept in ["nodes", "scenes"] {

@@ -11,7 +11,8 @@ use crate::fixture::{Case, case};
 
 /// The values of `model`, as errors list them.
 fn models() -> String {
-    let names: Vec<_> = MODELS.iter().map(|model| model.name).chain(["measured", "gltf", "layers"]).collect();
+    let names: Vec<_> =
+        MODELS.iter().map(|model| model.name).chain(["measured", "gltf", "materialx", "layers"]).collect();
     names.join(", ")
 }
 
@@ -262,6 +263,78 @@ fn a_material_file_may_name_a_material_of_a_gltf_file() {
     }
 }
 
+/// Base colour, metallic and roughness of a material of the model `standard`.
+fn base(material: &Model) -> ([f64; 3], f64, f64) {
+    match material {
+        Model::Standard(material) => {
+            let StandardParameters { base_color, metallic, roughness, .. } = material.parameters();
+            (base_color, metallic, roughness)
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn presets_are_materials_and_their_keys_can_be_replaced() {
+    let preset = |text: &str| import(text).artifact::<Material>().0.clone();
+    let copper = preset("material = \"copper\"");
+    assert_eq!(base(&copper), ([0.932, 0.623, 0.522], 1.0, 0.3));
+    assert_eq!(base(&preset("roughness = 0.6\nmaterial = \"copper\"")), ([0.932, 0.623, 0.522], 1.0, 0.6));
+    let Model::Layers(layers) = preset("layers = [{ material = \"copper\" }]") else { panic!("no layers") };
+    assert_eq!(layers, [copper.clone()]);
+    // A stage needs no file for one.
+    let stage = case("import-material", "material = \"copper\"");
+    assert_eq!(stage.artifact::<Material>().0, copper);
+    for (text, expected) in [
+        (
+            "material = \"coper\"",
+            "gold.toml:1:12: material: there is no preset \"coper\"; did you mean \"copper\"?",
+        ),
+        ("material = 3", "gold.toml:1:12: material: 3 is not the name of a preset"),
+        ("material = \"copper\"\nexponent = 3", "gold.toml:2:1: unknown key \"exponent\""),
+        ("material = \"copper\"\nroughness = 3", "gold.toml:2:13: roughness: 3 is not "),
+        ("model = \"copper\"", "gold.toml:1:9: there is no model \"copper\""),
+    ] {
+        let failure = import(text).failure();
+        assert!(failure.starts_with(expected), "{failure}");
+    }
+}
+
+const MTLX: &str = r#"<?xml version="1.0"?>
+<materialx version="1.39">
+  <standard_surface name="SR_red" type="surfaceshader">
+    <input name="base_color" type="color3" value="0.5, 0.1, 0.1" />
+    <input name="specular_roughness" type="float" value="0.5" />
+    <input name="emission" type="float" value="1" />
+  </standard_surface>
+  <surfacematerial name="Red" type="material">
+    <input name="surfaceshader" type="surfaceshader" nodename="SR_red" />
+  </surfacematerial>
+</materialx>
+"#;
+
+#[test]
+fn a_material_of_a_materialx_file_is_one_of_the_standard_model() {
+    let file = |parameters: &str, text: &str| {
+        case("import-material", parameters).file("models/red.mtlx", text).source("models/red.mtlx")
+    };
+    let ran = file("", MTLX).run().unwrap();
+    assert_eq!(base(&ran.artifact::<Material>().0), ([0.5, 0.1, 0.1], 0.0, 0.5));
+    assert_eq!(ran.warnings, ["line 6: emission: emitted light is left out"]);
+    let named = "model = \"materialx\"\nfile = \"red.mtlx\"\nmaterial = \"Red\"";
+    let ran = import(named).file("materials/red.mtlx", MTLX).run().unwrap();
+    assert_eq!(base(&ran.artifact::<Material>().0), ([0.5, 0.1, 0.1], 0.0, 0.5));
+    assert_eq!(ran.warnings, ["red.mtlx: line 6: emission: emitted light is left out"]);
+    assert_eq!(
+        file("material = \"blue\"", MTLX).failure(),
+        "red.mtlx: there is no material \"blue\"; expected one of: 0: Red"
+    );
+    let broken = file("", &MTLX.replace("</materialx>", "</a>")).failure();
+    assert!(broken.starts_with("red.mtlx: line 11, column "), "{broken}");
+    let without = import("model = \"materialx\"").failure();
+    assert!(without.contains("expected file = the path of a .mtlx file"), "{without}");
+}
+
 #[test]
 fn errors_of_gltf_materials_name_the_file() {
     let failure = painted("").failure();
@@ -276,7 +349,10 @@ fn errors_of_gltf_materials_name_the_file() {
     assert!(without.starts_with(place), "{without}");
     let toml =
         case("import-material", "material = \"red\"").file("a.toml", "model = \"lambert\"").source("a.toml");
-    assert!(toml.failure().starts_with("a.toml is not a glTF file, of whose materials one could be chosen"));
+    assert!(
+        toml.failure()
+            .starts_with("a.toml is not a glTF or MaterialX file, of whose materials one could be chosen")
+    );
     assert_eq!(case("import-material", "material = -1").errors().len(), 1);
 }
 
@@ -461,7 +537,7 @@ fn a_file_that_is_not_a_material_is_reported_as_such() {
             failure.chain[0],
             "sky.exr is not TOML, and does not have the extension of a measured BRDF"
         );
-        assert!(failure.help.unwrap().contains(".toml, .gltf, .glb, or one of: .binary (merl)"));
+        assert!(failure.help.unwrap().contains(".toml, .gltf, .glb, .mtlx, or one of: .binary (merl)"));
     }
     // TOML under any name is a material.
     assert_eq!(

@@ -34,7 +34,9 @@ fn every_manual_has_an_example_that_parses_with_its_kind() {
                 let ValueKind::Table(table) = &stage.value.kind else { panic!("{}: stage", kind.name()) };
                 let name = &table.get("kind").unwrap().value.kind;
                 assert_eq!(*name, ValueKind::String(kind.name().into()));
-                assert_eq!(table.get("source").is_some(), kind.has_source(), "{}", kind.name());
+                let is_built_in = kind.built_in_parameter().is_some_and(|name| table.get(name).is_some());
+                let reads = table.get("source").is_some() || is_built_in;
+                assert_eq!(reads, kind.has_source(), "{}", kind.name());
                 let own = table.entries.iter().filter(|entry| !OWNED.contains(&entry.key.as_str()));
                 let parameters = Table { span: table.span.clone(), entries: own.cloned().collect() };
                 let errors = kind.configure(&parameters).err();

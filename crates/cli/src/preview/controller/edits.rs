@@ -56,7 +56,7 @@ impl PreviewController<'_> {
         match self.edits.unsaved_of_another_file(file_of) {
             None => Ok(()),
             Some(material) => Err(vec![
-                format!("{material} is another file there, and its values here are not saved"),
+                format!("{material} was replaced on the disk, and its values here are not saved"),
                 "hint: save or revert them first".into(),
             ]),
         }

@@ -137,7 +137,7 @@ pub(super) fn names(json: &Map<String, Value>) -> Result<Vec<String>, Error> {
 }
 
 /// The place of the material that is meant.
-pub(super) fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<usize, Error> {
+pub(in crate::values) fn find(names: &[String], choice: Option<&MaterialChoice>) -> Result<usize, Error> {
     let wrong = |message: String| Err(Error::new(ErrorKind::NoSuchMaterial, message));
     if names.is_empty() {
         return wrong("the file has no materials".into());

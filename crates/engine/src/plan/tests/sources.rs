@@ -171,7 +171,7 @@ fn a_source_without_a_file_to_read_is_an_error() {
         expect![[r#"
         "!sky/old_*": 4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
         []: 4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
-        ["sky/*.hdr", "!sky"]: 4:10 every file that the source matches is left out | expected at least one file | make what follows the ! narrower
+        ["sky/*.hdr", "!sky"]: 4:10 every file that the source matches is left out | expected at least one file | narrow the pattern after the !
         ["sky/*.hdr", "!"]: 4:24 the source is empty | expected a file, a folder or a glob
         ["sky/*.hdr", "sky/*.exr"]: 4:24 no file matches "sky/*.exr" | expected files in sky | sky contains dawn.hdr, noon.hdr
         ["sky/*.hdr", 7]: 4:10 an array is not an array of strings | expected source = ["..."]

@@ -289,7 +289,7 @@ fn unsaved_values_are_not_given_to_another_file_of_the_same_name() {
     assert_eq!(
         session.drop(&[folder.path("drop/gold.toml")]),
         [
-            "failure The dropped files cannot be shown; gold is another file there, and its values here are not saved; \
+            "failure The dropped files cannot be shown; gold was replaced on the disk, and its values here are not saved; \
           hint: save or revert them first"
         ]
     );
