@@ -96,6 +96,17 @@ for file in taps/environments/*.exr; do
     convert "$file" -o "${file%.exr}.hdr"
     convert "$file" -o "taps/small/$(basename "$file")" --resolution 64 --precision float
 done
+# Meshes with numbers at their vertices, in files of their own and in the assets that they came from.
+mkdir gltf
+cp "$here/gltf.toml" gltf/pipeline.toml
+../py/bin/python "$here/asset.py" gltf
+if [ -d "${SPECULA_CORPUS:-}" ]; then
+    cp "$SPECULA_CORPUS"/mesh/FlightHelmet/* gltf/
+else
+    skip "a helmet with six materials" "SPECULA_CORPUS is not set"
+fi
+"$specula" -C gltf build >gltf/build.log 2>&1 || { cat gltf/build.log; exit 1; }
+
 # Skies of engines, as the command without a manifest writes them.
 "$specula" test-pattern --preset blender pattern >/dev/null 2>&1
 for engine in three babylon filament; do
@@ -117,6 +128,9 @@ cd ..
 
 : > results
 py/bin/python "$here/readers.py" files >> results || echo "readers.py	ended early	WRONG" >> results
+if [ -d node_modules/gltf-validator ]; then
+    node "$here/gltf.mjs" files/gltf >> results || echo "gltf.mjs	ended early	WRONG" >> results
+fi
 if [ -d node_modules/three ]; then
     node "$here/readers.mjs" files >> results || echo "readers.mjs	ended early	WRONG" >> results
     if [ -z "$chromium" ]; then
