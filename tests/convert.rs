@@ -245,6 +245,39 @@ fn environments_are_converted_to_the_light_of_an_engine() {
     run.ends(2, ["assets/none* matches no image of an environment"]);
 }
 
+/// Packed texels, levels and Zstandard of a texture.
+#[test]
+fn a_texture_is_written_for_a_renderer() {
+    let project = Project::assets_alone();
+    let cube = ["convert", STUDIO, "--layout", "cube", "-r", "16"];
+    for (output, options, words) in [
+        ("a.ktx2", &["--texels", "bc6h", "--levels", "--zstd"][..], "BC6H"),
+        ("b.ktx2", &["--texels", "rgb9e5"], "RGB9E5"),
+        ("c.dds", &["--texels", "bc6h", "--levels"], "BC6H"),
+        ("d.ktx2", &["--levels", "--zstd"], "RGBA16F"),
+    ] {
+        project.ok(&[&cube[..], &["-o", output], options].concat());
+        let found = project.ok(&["inspect", output]).stdout;
+        assert!(found.contains(words), "{output}: {found}");
+        let texture = containers::read_texture(&fs::read(project.path(output)).unwrap()).unwrap().texture;
+        // 16, 8, 4, 2 and 1 texels.
+        let levels = if options.contains(&"--levels") { 5 } else { 1 };
+        assert_eq!(texture.levels().count(), levels, "{output}");
+    }
+    project.ok(&["convert", STUDIO, "-o", "e.ktx2", "-r", "8", "--levels"]);
+    let texture = containers::read_texture(&fs::read(project.path("e.ktx2")).unwrap()).unwrap().texture;
+    assert_eq!(texture.levels().map(<[_]>::len).collect::<Vec<_>>(), [128, 32, 8, 2]);
+    for (options, words) in [
+        (&["-o", "x.exr", "--texels", "bc6h"][..], "only format = \"ktx2\" or \"dds\" uses it"),
+        (&["-o", "x.dds", "--zstd"], "only format = \"ktx2\" is compressed so"),
+        (&["-o", "x.exr", "--levels"], "only format = \"ktx2\" or \"dds\" has them"),
+        (&["-o", "x.ktx2", "--texels", "bc6h", "--precision", "half"], "packed texels have their own"),
+        (&["--engine", "three", "-o", "x/", "--zstd"], "--zstd is an option of textures"),
+    ] {
+        project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
+    }
+}
+
 #[test]
 fn a_conversion_prints_the_manifest_that_does_the_same() {
     let project = Project::assets_alone();

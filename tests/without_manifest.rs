@@ -296,6 +296,38 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
     }
 }
 
+/// Without material files, each material of a mesh gets one, which follows the asset.
+#[test]
+fn init_writes_the_materials_of_meshes() {
+    let project = Project::assets_alone();
+    for folder in ["meshes", "finishes", "materials", "lights", "brushed"] {
+        let _ = fs::remove_dir_all(project.path("assets").join(folder));
+    }
+    let asset = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 1 }] }],
+        "materials": [{ "name": "Red/paint", "pbrMetallicRoughness": { "baseColorFactor": [0.25, 0.5, 1, 1],
+            "metallicFactor": 0, "roughnessFactor": 0.5 } }, {}],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "buffers": [{ "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA",
+            "byteLength": 36 }] }"#;
+    project.write("models/car.gltf", asset);
+    let said = "The manifest names 2 environments, 2 materials of glTF files and 1 mesh file.";
+    project.specula(&["init"]).ends(0, [said]);
+    let text = fs::read_to_string(project.path("assets/materials/Red-paint.toml")).unwrap();
+    for line in ["model = \"gltf\"", "file = \"../../models/car.gltf\"", "material = \"Red/paint\""] {
+        assert!(text.lines().any(|found| found == line), "no {line} in\n{text}");
+    }
+    let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
+    assert!(manifest.contains("source = \"assets/materials/*.toml\""), "{manifest}");
+    project.ok(&["check"]);
+    let inspected = project.ok(&["inspect", "assets/materials/Red-paint.toml"]).stdout;
+    for number in ["0.25", "0.5"] {
+        assert!(inspected.contains(number), "no {number} in\n{inspected}");
+    }
+    assert!(project.ok(&["inspect", "models/car.gltf"]).stdout.contains("Red/paint, 1"));
+}
+
 /// The light of an engine is the first that a new manifest makes, and what shaders look up is for it, too.
 #[test]
 fn init_writes_a_manifest_for_an_engine() {

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Reads what Specula writes with the readers of other programs, by values: a table of readers and files with the largest
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
-# Skies are shown in a browser, sky.html, and compact maps are drawn with there, three.html and babylon.html, of which
-# screenshots lie in target/readers/files/taps.
+# The layout of pages is measured in a browser, pages.mjs. Skies are shown there, sky.html, and compact maps are drawn with,
+# three.html and babylon.html, of which screenshots lie in target/readers/files/taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian, into target/readers; remove that folder to try again what was missing.
 set -euo pipefail
@@ -96,6 +96,17 @@ for file in taps/environments/*.exr; do
     convert "$file" -o "${file%.exr}.hdr"
     convert "$file" -o "taps/small/$(basename "$file")" --resolution 64 --precision float
 done
+# Meshes with numbers at their vertices, in files of their own and in the assets that they came from.
+mkdir gltf
+cp "$here/gltf.toml" gltf/pipeline.toml
+../py/bin/python "$here/asset.py" gltf
+if [ -d "${SPECULA_CORPUS:-}" ]; then
+    cp "$SPECULA_CORPUS"/mesh/FlightHelmet/* gltf/
+else
+    skip "a helmet with six materials" "SPECULA_CORPUS is not set"
+fi
+"$specula" -C gltf build >gltf/build.log 2>&1 || { cat gltf/build.log; exit 1; }
+
 # Skies of engines, as the command without a manifest writes them.
 "$specula" test-pattern --preset blender pattern >/dev/null 2>&1
 for engine in three babylon filament; do
@@ -104,19 +115,31 @@ done
 for engine in three babylon filament blender; do
     convert sun.hdr --engine $engine --sun light --lights 1 -o sun-light/$engine/
 done
+# A report and a page of timings, with names as long as those of photographs.
+mkdir -p pages/environments pages/materials
+cp "$here/pages.toml" pages/pipeline.toml
+cp soft.hdr pages/environments/
+cp sun.hdr pages/environments/a_small_sun_over_an_uneven_sky_4k.hdr
+cp plastic.toml pages/materials/
+cp taps/materials/brushed.toml pages/materials/brushed-metal-with-a-name-that-is-long.toml
+"$specula" -C pages build --timings=timings >pages/build.log 2>&1 || { cat pages/build.log; exit 1; }
 "$specula" -C taps build --verbose >taps/build.log 2>&1 || { cat taps/build.log; exit 1; }
 cd ..
 
 : > results
 py/bin/python "$here/readers.py" files >> results || echo "readers.py	ended early	WRONG" >> results
+if [ -d node_modules/gltf-validator ]; then
+    node "$here/gltf.mjs" files/gltf >> results || echo "gltf.mjs	ended early	WRONG" >> results
+fi
 if [ -d node_modules/three ]; then
     node "$here/readers.mjs" files >> results || echo "readers.mjs	ended early	WRONG" >> results
     if [ -z "$chromium" ]; then
-        skip "skies and compact maps in browsers" "no Chromium"
+        skip "pages, skies and compact maps in browsers" "no Chromium"
     elif [ ! -d node_modules/puppeteer-core ]; then
-        skip "skies and compact maps in browsers" "npm cannot install what drives Chromium"
+        skip "pages, skies and compact maps in browsers" "npm cannot install what drives Chromium"
     else
         node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
+        node "$here/pages.mjs" files "$chromium" >> results || echo "pages.mjs	ended early	WRONG" >> results
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
         if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
             node "$here/shaders.mjs" files/taps "$chromium" >> results || echo "shaders.mjs	ended early	WRONG" >> results
@@ -126,7 +149,7 @@ if [ -d node_modules/three ]; then
     fi
 fi
 # A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of skies and compact
-# maps, what sky.mjs and taps.mjs say.
+# maps, what sky.mjs and taps.mjs say; of pages, the number of faults of their layout.
 printf '%-14s %-34s %s\n' reader file "largest error"
 awk -F'\t' '{ printf "%-14s %-34s %s\n", $1, $2, $3 }' results
 ! grep -q WRONG results

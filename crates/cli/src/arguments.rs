@@ -449,6 +449,15 @@ pub(crate) struct ConvertArguments {
     /// The numbers to write: half or float [default: half, or float if a value exceeds the largest half]
     #[arg(long, value_name = "PRECISION")]
     pub(crate) precision: Option<String>,
+    /// How the texels of a .ktx2 or .dds are packed: rgb9e5 or bc6h [default: not packed]
+    #[arg(long, value_name = "TEXELS")]
+    pub(crate) texels: Option<String>,
+    /// Write a .ktx2 or .dds with its levels of detail
+    #[arg(long)]
+    pub(crate) levels: bool,
+    /// Compress a .ktx2 by Zstandard, without loss
+    #[arg(long)]
+    pub(crate) zstd: bool,
     /// Turn the light about the vertical by these degrees, to the left
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) yaw: f64,

@@ -23,7 +23,7 @@ const ENDINGS: [(&str, &str); 6] =
     [("exr", "exr"), ("hdr", "rgbe"), ("pic", "rgbe"), ("png", "png"), ("ktx2", "ktx2"), ("dds", "dds")];
 
 /// The options that are parameters of the stages of [`Conversion::manifest`].
-const OPTIONS: [StageOption; 20] = [
+const OPTIONS: [StageOption; 23] = [
     StageOption { stage: "environment", parameter: "layout", option: "--from" },
     StageOption { stage: "environment", parameter: "fill", option: "--fill" },
     StageOption { stage: "environment", parameter: "layer", option: "--layer" },
@@ -43,6 +43,9 @@ const OPTIONS: [StageOption; 20] = [
     StageOption { stage: "converted", parameter: "resolution", option: "--resolution" },
     StageOption { stage: "converted", parameter: "format", option: "--format" },
     StageOption { stage: "converted", parameter: "precision", option: "--precision" },
+    StageOption { stage: "converted", parameter: "texels", option: "--texels" },
+    StageOption { stage: "converted", parameter: "levels", option: "--levels" },
+    StageOption { stage: "converted", parameter: "zstd", option: "--zstd" },
     StageOption { stage: "converted", parameter: "exposure", option: "--exposure" },
 ];
 
@@ -105,6 +108,15 @@ impl Request {
         for (option, value) in [("--sun", &arguments.sun), ("--sky", &arguments.sky)] {
             if value.is_some() && target != Target::Engine {
                 return Err(usage(format!("{option} is an option of --engine")));
+            }
+        }
+        for (option, is_given) in [
+            ("--texels", arguments.texels.is_some()),
+            ("--levels", arguments.levels),
+            ("--zstd", arguments.zstd),
+        ] {
+            if is_given && target != Target::Environment {
+                return Err(usage(format!("{option} is an option of textures of an environment")));
             }
         }
         // An image is exposed where it is written, and other light where it is read.
@@ -205,6 +217,9 @@ impl Export {
             resolution(arguments),
             text("format", Some(format)),
             text("precision", arguments.precision.as_deref()),
+            text("texels", arguments.texels.as_deref()),
+            arguments.levels.then(|| "levels = true".into()),
+            arguments.zstd.then(|| "zstd = true".into()),
             number("exposure", arguments.exposure),
         ];
         let place = if is_many { Place::Each } else { Place::One };

@@ -10,16 +10,20 @@ use stages::{ENGINES, Engine, PRESETS, Preset};
 use crate::arguments::{MANIFEST, SchemaSubject};
 use crate::assets::{Assets, Recognised};
 use crate::exit::Exit;
+use crate::gltf_materials::GltfMaterials;
 use crate::print::say;
 use crate::quantity::count;
 use crate::standard_pipeline::STARTER_ENGINE;
 use crate::{recognise, sample, schema, standard_pipeline, terminal};
 
-/// The materials of a new project that has none; a test builds them.
+/// The materials of a new project that has none, in its meshes neither; a test builds them.
 const MATERIALS: [(&str, &[u8]); 2] = [
     ("assets/materials/chalk.toml", include_bytes!("starter/chalk.toml")),
     ("assets/materials/satin.toml", include_bytes!("starter/satin.toml")),
 ];
+
+/// The folder of a new project's materials.
+const MATERIAL_FOLDER: &str = "assets/materials";
 
 /// The schemas that the first lines of the starter's files name, for editors.
 const SCHEMAS: [(&str, SchemaSubject); 2] =
@@ -53,8 +57,9 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
         true => Recognised::default(),
         false => recognise::of_folder(Assets::found(folder), folder, kinds),
     };
-    let mut files: Vec<(&str, Vec<u8>)> = Vec::new();
-    let mut add = |name, text: &[u8]| files.push((name, text.to_vec()));
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut add = |name: &str, text: &[u8]| files.push((name.to_owned(), text.to_vec()));
+    let mut of_meshes = GltfMaterials::default();
     if sample {
         add(MANIFEST, sample::MANIFEST.as_bytes());
         sample::ASSETS.iter().for_each(|(path, bytes)| add(path, bytes));
@@ -66,14 +71,23 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
         };
         add(MANIFEST, standard_pipeline::starter(&found, folder, engine).as_bytes());
         if found.materials.is_empty() {
-            MATERIALS.iter().for_each(|(path, bytes)| add(path, bytes));
+            of_meshes = GltfMaterials::of(&found.meshes, |mesh| {
+                let path = mesh.strip_prefix(folder).unwrap_or(mesh).to_string_lossy().replace('\\', "/");
+                if mesh.starts_with(folder) { format!("../../{path}") } else { path }
+            });
+            for (name, text) in &of_meshes.files {
+                add(&format!("{MATERIAL_FOLDER}/{name}"), text.as_bytes());
+            }
+            if of_meshes.files.is_empty() {
+                MATERIALS.iter().for_each(|(path, bytes)| add(path, bytes));
+            }
         }
         SCHEMAS.iter().for_each(|(name, subject)| add(name, schema::text(*subject, kinds).as_bytes()));
     }
-    if let Err(exit) = write_all(folder, files.into_iter().map(|(name, bytes)| (name.to_owned(), bytes))) {
+    if let Err(exit) = write_all(folder, files.into_iter()) {
         return exit;
     }
-    for (file, reason) in &found.left_out {
+    for (file, reason) in found.left_out.iter().chain(&of_meshes.left_out) {
         say!("left out {}: {reason}", file.display());
     }
     if sample || !found.environments.is_empty() {
@@ -82,10 +96,10 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
             say!(
                 "The manifest names {}, {} and {}.",
                 count(found.environment_count(), "environment"),
-                if materials.is_empty() {
-                    "2 materials of its own".into()
-                } else {
-                    count(materials.len(), "material")
+                match (materials.len(), of_meshes.files.len()) {
+                    (0, 0) => "2 materials of its own".into(),
+                    (0, of_meshes) => format!("{} of glTF files", count(of_meshes, "material")),
+                    (materials, _) => count(materials, "material"),
                 },
                 count(meshes.len(), "mesh file")
             );

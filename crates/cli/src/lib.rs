@@ -23,6 +23,7 @@ mod escape;
 mod exit;
 mod explain;
 mod globs;
+mod gltf_materials;
 mod graph;
 mod init;
 mod inspect;

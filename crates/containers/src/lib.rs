@@ -8,7 +8,7 @@
 //! | KTX2, DDS, KTX | [`Texture`] | [`read_texture`], [`write_ktx2`], [`write_dds`], [`write_ktx1`] |
 //! | KTX2, DDS, OpenEXR of four channels | tables of numbers | [`write_ktx2_rgba`], [`write_dds_rgba`], [`write_exr_rgba`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
-//! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`] |
+//! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`], [`write_into_gltf`] |
 //! | glTF with EXT_lights_image_based | [`ImageBasedLight`] | [`read_gltf_image_based_light`], [`write_gltf_image_based_light`] |
 //! | MaterialX: `standard_surface`, OpenPBR | [`brdf::Standard`] | [`read_materialx_material`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
@@ -63,11 +63,11 @@ pub use textures::{
     write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
 };
 pub use values::{
-    Anisotropy, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES, MaterialChoice,
-    MaterialxMaterial, Model, ReadBeside, SceneAxes, VertexAttribute, brdf_table_metadata, check_gltf,
-    check_gltf_material, coefficient_names, escape_html, gltf_document, gltf_has_triangles, gltf_materials,
-    is_web_page, lighting_json, measured, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
-    read_gltf_image_based_light, read_gltf_lighting, read_gltf_material, read_materialx_material,
-    recipe_element, row_names, shrm_metadata, tensors, write_csv_lights, write_glb,
-    write_gltf_image_based_light, write_gltf_lights, write_tscn_lights, write_usda_lights,
+    Anisotropy, AssetFile, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES,
+    MaterialChoice, MaterialxMaterial, Model, ReadBeside, SceneAxes, VertexAttribute, brdf_table_metadata,
+    check_gltf, check_gltf_material, coefficient_names, escape_html, gltf_document, gltf_has_triangles,
+    gltf_materials, is_web_page, lighting_json, measured, read_gltf, read_gltf_anisotropy,
+    read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting, read_gltf_material,
+    read_materialx_material, recipe_element, row_names, shrm_metadata, tensors, write_csv_lights, write_glb,
+    write_gltf_image_based_light, write_gltf_lights, write_into_gltf, write_tscn_lights, write_usda_lights,
 };

@@ -1,4 +1,5 @@
-//! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes.
+//! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes: in a file of its
+//! own, or in the asset that it was imported from.
 //!
 //! ```toml
 //! [stage.glb]
@@ -19,6 +20,33 @@
 //!
 //! `radiance` comes from `shade-vertices`, `transfer` from `precompute-transfer`; both must be of this mesh.
 //! Without any of them the mesh alone is written, tangents included, with a matte white material.
+//!
+//! ## The asset that came in
+//!
+//! With `gltf`, the file that the mesh was imported from, the attributes are added to the primitives of that
+//! file:
+//!
+//! ```toml
+//! [stage.helmet]
+//! kind = "export-gltf"
+//! inputs = { mesh = "mesh", transfer = "matte-transfer" }
+//! gltf = "assets/meshes/{mesh}.gltf"   # {mesh}: the name of the item's file, as in `path`
+//! path = "{mesh}"
+//! ```
+//!
+//! Nodes, names, materials, textures, animations, skins, morph targets and extensions stay as they are, and
+//! so do the numbers of the asset, byte for byte. Buffers and pictures beside a `.gltf` become part of the
+//! `.glb`. Attributes of the same names are replaced, with a warning. The mesh must be the whole of the file,
+//! as `import-mesh` reads it; `brush-mesh` may have turned its tangents.
+//!
+//! - A vertex of the asset that is several here gets their mean: the corners of triangles if the asset has no
+//!   normals, or a vertex for which several tangents were made. A warning says how many differ, and by how
+//!   much.
+//! - If several nodes show one mesh, each after the first gets a copy of it, with the same positions and
+//!   attributes of its own. Instances (`EXT_mesh_gpu_instancing`) cannot have them: they are an error.
+//! - What moves was computed at rest: `import-mesh` says how.
+//! - `COLOR_0` is not written, because the asset's materials would multiply their base colour by it:
+//!   `_RADIANCE` holds the same, and `exposure` and `environment` do not matter.
 //!
 //! ## Transfer
 //!
@@ -65,8 +93,12 @@
 //!
 //! `.glb` after the item's `path`.
 
-use containers::{GlbText, VertexAttribute, write_glb};
-use engine::{Artifact, Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Reporter, parameters};
+use std::path::Path;
+
+use containers::{GlbText, VertexAttribute, write_glb, write_into_gltf};
+use engine::{
+    Artifact, Context, Digest, Failure, Inputs, ItemKey, Kind, Output, Port, Product, Reporter, parameters,
+};
 use mesh::Mesh;
 use sh::{Degree, Expansion};
 use stages::artifacts;
@@ -76,6 +108,9 @@ use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
 parameters! {
     /// Parameters of `export-gltf`.
     pub(crate) struct Parameters {
+        /// The glTF file that the mesh was imported from, relative to the manifest: its materials, textures
+        /// and nodes are kept. `{STAGE}` stands for the name of the item's file of a source stage.
+        gltf: Option<String> = None,
         /// Stops by which radiance is multiplied for `COLOR_0`; with `environment`, how many more than for
         /// its pictures.
         #[range(STOPS)]
@@ -100,6 +135,7 @@ impl Kind for ExportGltf {
     const REVISION: u32 = 1;
     const KERNELS: &'static [u32] = &[transfer::revisions::SHADING];
     const TEXT: &'static str = include_str!("export_gltf.rs");
+    const SHOWS_KEYS: bool = true;
 
     fn ports() -> Vec<Port> {
         vec![
@@ -115,6 +151,15 @@ impl Kind for ExportGltf {
         Product::Files(vec![".glb".into()])
     }
 
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        match parameters.gltf {
+            Some(_) if parameters.exposure != 0.0 => {
+                vec![("exposure", "has no effect with gltf, because COLOR_0 is not written".into())]
+            }
+            _ => Vec::new(),
+        }
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
         let mesh = &context.inputs.get::<artifacts::Mesh>("mesh")?.0;
@@ -124,15 +169,19 @@ impl Kind for ExportGltf {
         let digest = Digest::of(&context.inputs.bytes("mesh")?).to_string();
         let (mut attributes, mut extras) = (Vec::new(), Vec::new());
         let radiance = context.inputs.optional::<artifacts::VertexRadiance>("radiance")?;
-        let stops = match &radiance {
-            Some(_) => exposure(parameters, context)?,
-            None => 0.0,
+        let stops = match (&radiance, &parameters.gltf) {
+            (Some(_), None) => exposure(parameters, context)?,
+            _ => 0.0,
         };
         let exposed_by = format!("COLOR_0 is _RADIANCE times 2^{stops}, clamped to 0 to 1");
         if let Some(radiance) = &radiance {
             check_mesh("radiance", "shade-vertices", &radiance.0.mesh, &digest)?;
-            attributes.extend(colours(&radiance.0.value, stops, reporter));
-            extras.push(("exposure", exposed_by.as_str()));
+            let of_radiance = attribute("_RADIANCE", 3, radiance.0.value.as_flattened().to_vec());
+            if parameters.gltf.is_none() {
+                attributes.push(colours(&radiance.0.value, stops, reporter));
+                extras.push(("exposure", exposed_by.as_str()));
+            }
+            attributes.push(of_radiance);
             extras.push(("radiance", "linear Rec. 709, in the unit of the light"));
         }
         let transfer = context.inputs.optional::<artifacts::Transfer>("transfer")?;
@@ -161,10 +210,59 @@ impl Kind for ExportGltf {
         widen(&mut attributes);
         reporter.check_cancelled()?;
         let text = GlbText { unlit: radiance.is_some(), extras: &extras, recipe: Some(context.recipe()) };
-        let file = write_glb(mesh, &attributes, text)?;
+        let file = match &parameters.gltf {
+            Some(name) => into_asset(name, mesh, &attributes, text, context)?,
+            None => write_glb(mesh, &attributes, text)?,
+        };
         reporter.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
         Ok(Output::files(vec![file]))
     }
+}
+
+/// The asset of a name with these attributes.
+fn into_asset(
+    name: &str,
+    mesh: &Mesh,
+    attributes: &[VertexAttribute],
+    text: GlbText<'_>,
+    context: &Context<'_>,
+) -> Result<Vec<u8>, Failure> {
+    let file = of_item(name, context.key())?;
+    let path = Path::new(&file);
+    let bytes = context.files.read(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut beside = |other: &str| context.files.read(&folder.join(other));
+    let written = write_into_gltf(&bytes, mesh, attributes, text, &mut beside);
+    let written = written.map_err(|failure: Failure| failure.context(format!("cannot write into {file}")))?;
+    written.notes.into_iter().for_each(|note| context.reporter.note(note));
+    written.warnings.into_iter().for_each(|warning| context.reporter.warn(warning));
+    Ok(written.bytes)
+}
+
+/// A file's name, in which `{STAGE}` stands for the name of the item's file of that stage.
+fn of_item(name: &str, key: Option<&ItemKey>) -> Result<String, Failure> {
+    let (mut made, mut rest) = (String::new(), name);
+    while let Some((before, after)) = rest.split_once('{') {
+        let Some((stage, behind)) = after.split_once('}') else {
+            return Err(Failure::new(format!("gltf = {name:?} has an unmatched brace")));
+        };
+        let stem = key.and_then(|key| key.get(stage)).ok_or_else(|| {
+            let known: Vec<String> =
+                key.into_iter().flat_map(ItemKey::iter).map(|(stage, _)| format!("{{{stage}}}")).collect();
+            let help = match known.is_empty() {
+                true => "the items of this stage have no names: write the file's".to_owned(),
+                false => format!("expected one of: {}", known.join(", ")),
+            };
+            Failure::new(format!(
+                "gltf = {name:?} names {{{stage}}}, and no source stage above has that name"
+            ))
+            .help(help)
+        })?;
+        made += before;
+        made += stem;
+        rest = behind;
+    }
+    Ok(made + rest)
 }
 
 /// Gives all attributes that are not of the specification the width of the widest: Blender before 5.1 fails
@@ -197,10 +295,9 @@ fn exposure(parameters: &Parameters, context: &Context<'_>) -> Result<f64, Failu
     picture_exposure(context, parameters.exposure)
 }
 
-/// Makes the attributes `COLOR_0` and `_RADIANCE`.
-fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> [VertexAttribute; 2] {
-    let values = radiance.as_flattened().to_vec();
-    let exposed = values.iter().map(|value| f64::from(*value) * math::exp2(stops));
+/// Makes the attribute `COLOR_0`.
+fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> VertexAttribute {
+    let exposed = radiance.as_flattened().iter().map(|value| f64::from(*value) * math::exp2(stops));
     let exposed: Vec<f32> = exposed.map(|value| value as f32).collect();
     let count = |outside: fn(f32) -> bool| exposed.iter().filter(|value| outside(**value)).count();
     let (below, above) = (count(|value| value < 0.0), count(|value| value > 1.0));
@@ -215,12 +312,11 @@ fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> [VertexAtt
         };
         report_loss(reporter, (below + above) as f64 / of as f64, &what, help);
     }
-    let clamped = exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect();
-    [("COLOR_0", clamped), ("_RADIANCE", values)].map(|(name, values)| VertexAttribute {
-        name: name.into(),
-        width: 3,
-        values,
-    })
+    attribute("COLOR_0", 3, exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect())
+}
+
+fn attribute(name: &str, width: usize, values: Vec<f32>) -> VertexAttribute {
+    VertexAttribute { name: name.into(), width, values }
 }
 
 /// The vectors of a matte transfer, four components an attribute; `None` for another form.

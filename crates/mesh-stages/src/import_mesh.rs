@@ -20,8 +20,9 @@
 //!
 //! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
 //! its own node. Animations, morph targets, cameras and lights are ignored, and so are materials and
-//! textures, because the look of a surface comes from `import-material`; notes name morph targets, vertex
-//! colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
+//! textures, because the look of a surface comes from `import-material`, which reads those of the same file;
+//! `export-gltf` with `gltf` writes into the file itself, and keeps all of it. Notes name morph targets,
+//! vertex colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
 //! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places) are supported. A file that
 //! requires another extension is an error that names it (`KHR_draco_mesh_compression`), unless it concerns
 //! materials, textures, lights or animations only. At most 4,194,304 triangles are read, each instance

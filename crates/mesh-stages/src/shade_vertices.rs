@@ -149,7 +149,7 @@ impl Kind for ShadeVertices {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
             reporter.note(match lamps.len() {
-                0 => "the lighting has no lamps beside its series, so the material shades nothing".to_owned(),
+                0 => "no lamp is kept as a light, so the material shades nothing".to_owned(),
                 1 => "1 lamp is shaded by the material".to_owned(),
                 lamps => format!("{lamps} lamps are shaded by the material"),
             });

@@ -9,7 +9,7 @@ use crate::numbers;
 use crate::scene_statistics::SceneStatistics;
 use crate::state::{Action, ShownScene, State};
 use crate::theme;
-use preview::{Aim, Arrangement, Background, Mode, Named};
+use preview::{Aim, Arrangement, Background, Mode, Named, Scene};
 
 /// The most circular lights that are listed.
 const MOST_DISKS: usize = 8;
@@ -95,13 +95,13 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
                 known(&|statistics| statistics.p.map_or_else(|| NO_MAPS.to_owned(), |p| p.to_string())),
             ),
             (
-                "lamps beside the map",
+                "lamps kept as lights",
                 known(&|statistics| match statistics.lamps {
                     0 => "none".to_owned(),
                     lamps => lamps.to_string(),
                 }),
             ),
-            ("maps centre on the", known(&|statistics| statistics.centre.to_owned())),
+            ("looked up by", known(&|statistics| statistics.centre.to_owned())),
         ],
     );
 }
@@ -109,6 +109,17 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
 /// The value of a property that only a reflection has.
 fn unknown(statistics: &SceneStatistics) -> &'static str {
     if statistics.p.is_some() { "unknown for a map" } else { NO_MAPS }
+}
+
+/// What a scene lacks for a mode; `None` if it has everything.
+pub(crate) fn missing(scene: &Scene, mode: Mode) -> Option<&'static str> {
+    let lacks = match mode {
+        Mode::Table => NO_TABLE,
+        Mode::Transfer => NO_TRANSFER,
+        Mode::Taps => NO_TAPS,
+        _ => NO_MAPS,
+    };
+    (!scene.offers(mode)).then_some(lacks)
 }
 
 fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMeter) {
@@ -122,13 +133,7 @@ fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMet
         .into_iter()
         .map(|mode| {
             let mode_error = match error_meter.mode_error(mode) {
-                None if !shown.scene.offers(mode) => match mode {
-                    Mode::Table => NO_TABLE.to_owned(),
-                    Mode::Transfer => NO_TRANSFER.to_owned(),
-                    Mode::Taps => NO_TAPS.to_owned(),
-                    _ => NO_MAPS.to_owned(),
-                },
-                None => UNKNOWN.to_owned(),
+                None => missing(&shown.scene, mode).unwrap_or(UNKNOWN).to_owned(),
                 Some(ModeError::Measured { stops, rms, light_samples }) => {
                     samples = samples.max(light_samples);
                     numbers::apart(stops, rms)
@@ -151,14 +156,14 @@ fn energies(ui: &mut Ui, statistics: Option<&SceneStatistics>) {
         "Energy",
         &[
             (
-                "of the light up to F",
+                "light captured (degree up to F)",
                 known(&|statistics| match statistics.p {
                     Some(_) => numbers::percent(statistics.captured()),
                     None => NO_MAPS.to_owned(),
                 }),
             ),
             (
-                "the same from every view",
+                "does not change with the view",
                 known(&|statistics| {
                     statistics.plain.map_or_else(|| unknown(statistics).to_owned(), numbers::percent)
                 }),

@@ -150,7 +150,7 @@ fn table() -> Vec<Binding> {
         add("Mode", C::plain(key), mode.label(), Action::Mode(mode));
     }
     for (key, mode) in MODE_KEYS.into_iter().zip(Mode::ALL) {
-        add("Second mode", C::shift(key), mode.label(), Action::Second(mode));
+        add("Mode", C::shift(key), mode.label(), Action::Second(mode));
     }
     let group = "Comparison";
     add(group, C::plain(Key::S), "split", Action::Toggle(Arrangement::Split));

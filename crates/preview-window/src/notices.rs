@@ -152,11 +152,18 @@ type Group = (&'static str, Vec<(String, String)>);
 fn columns(count: usize) -> Vec<Vec<Group>> {
     let mut groups: Vec<Group> = Vec::new();
     for binding in bindings() {
+        if matches!(binding.action, Action::Second(_)) {
+            continue;
+        }
         let row = (binding.chord.name(), binding.name.clone());
         match groups.last_mut() {
             Some((group, rows)) if *group == binding.group => rows.push(row),
             _ => groups.push((binding.group, vec![row])),
         }
+    }
+    // The second mode has the keys of the first, with Shift.
+    if let Some((_, modes)) = groups.first_mut() {
+        modes.push(("with Shift".to_owned(), "second mode".to_owned()));
     }
     groups.push(("Pointer", POINTER.map(|(what, does)| (what.to_owned(), does.to_owned())).to_vec()));
     let share = groups.iter().map(|(_, rows)| rows.len() + 2).sum::<usize>().div_ceil(count);

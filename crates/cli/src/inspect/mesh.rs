@@ -30,6 +30,11 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             .map_err(|failure: Failure| failure.context(file.display().to_string()))?;
         let mut facts: Facts = vec![("what", "mesh".into()), ("format", "glTF 2.0".into())];
         facts.extend(size(&model.mesh));
+        if let Ok(materials) = containers::gltf_materials(bytes)
+            && !materials.is_empty()
+        {
+            facts.push(("materials", materials.join(", ").into()));
+        }
         if !model.notes.is_empty() {
             facts.push(("notes", json!(model.notes)));
         }

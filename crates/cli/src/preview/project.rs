@@ -1,7 +1,8 @@
 //! What a preview shows: a manifest, or a project of files, which is a manifest for them in the user's cache.
 //!
-//! The same files have the same project, so that what was made for them once is there the next time. Light or
-//! materials of the sample stand in for those that are not named.
+//! The same files have the same project, so that what was made for them once is there the next time. If no
+//! material is named, those of the glTF meshes are shown. Light or materials of the sample stand in for those
+//! that are then missing.
 
 use std::fs;
 use std::io;
@@ -13,6 +14,7 @@ use stages::Preset;
 use crate::arguments::MANIFEST;
 use crate::assets::{self, Assets, Environments};
 use crate::exit::Exit;
+use crate::gltf_materials::GltfMaterials;
 use crate::init::write_new;
 use crate::standard_pipeline::{self, ImportParameters};
 use crate::{print, recognise, sample};
@@ -63,6 +65,17 @@ impl Project {
         let parameters = &with_layout(&mut assets, parameters);
         let name = Digest::of(standard_pipeline::preview(&assets, parameters, Path::new("")).as_bytes());
         let folder = cache.join(&name.to_string()[..16]);
+        if assets.materials.is_empty() {
+            let of_meshes = GltfMaterials::of(&assets.meshes, |mesh| mesh.to_string_lossy().into_owned());
+            for (name, text) in of_meshes.files {
+                let path = folder.join(MATERIALS).join(name);
+                fs::create_dir_all(folder.join(MATERIALS))?;
+                if fs::read(&path).ok().as_deref() != Some(text.as_bytes()) {
+                    engine::replace_file(&path, text.as_bytes())?;
+                }
+                assets.materials.push(path);
+            }
+        }
         for (list, of) in [(&mut assets.environments, ENVIRONMENTS), (&mut assets.materials, MATERIALS)] {
             if list.is_empty() {
                 *list = sample_files(of, &folder);

@@ -117,7 +117,7 @@ fn lanes(timeline: &Timeline, html: &mut String) {
     }
     html.push_str("<div class=\"axis\">");
     for tick in quantity::ticks(total, 10).filter(|tick| tick * 100 < total * 98) {
-        let _ = write!(html, "<span style=\"left:{}%\">{}</span>", share(tick, total), time(tick));
+        let _ = write!(html, "<span style=\"left:{}%\">{}</span>", share(tick, total), round(tick));
     }
     html.push_str("</div>\n</div>\n");
 }
@@ -314,6 +314,11 @@ fn share_cell(part: Nanoseconds, whole: Nanoseconds) -> String {
 /// A share in percent, rounded to a thousandth of a percent.
 fn share(part: Nanoseconds, whole: Nanoseconds) -> f64 {
     (part as f64 * 1e5 / whole.max(1) as f64).round() / 1e3
+}
+
+/// A round duration, without decimals that say nothing.
+fn round(nanoseconds: Nanoseconds) -> String {
+    time(nanoseconds).replace(".00 ", " ").replace(".0 ", " ")
 }
 
 fn time(nanoseconds: Nanoseconds) -> String {

@@ -1,22 +1,28 @@
 //! BC6H, unsigned: a block of 4 x 4 texels in 16 bytes (Direct3D 11 functional specification, section
 //! 19.5.14).
 //!
-//! A block is two colours and, for each texel, one of 16 places on the line between them; all numbers are the
-//! bits of halves, taken as integers, so the line is about straight in logarithms. The modes with one line,
-//! 11 to 14, hold the first colour in 10, 11, 12 or 16 bits and the second in 10 or as a difference of 9, 8
-//! or 4; [`encode`] writes these. In the others each texel is on one of two lines with 8 places;
-//! [`encode_nearest`] writes all fourteen. Blocks that are read may have any mode.
+//! A block is two colours and, for each texel, one of 16 places on the line between them; or four colours,
+//! and each texel is on one of two lines with 8 places, as one of 32 partitions says. All numbers are the
+//! bits of halves, taken as integers: 1024 of them are a factor of 2, so the line is about straight in
+//! logarithms. The search makes the sum of squared differences of these integers over texels and channels
+//! small, which is an error in logarithms therefore. Below 2^-14 halves have steps of one size, which is the
+//! floor of these logarithms.
+//!
+//! All fourteen modes are written. Blocks that are read may have any mode.
 
 mod block;
 mod line;
-mod nearest;
+mod partitions;
+mod search;
 
 use half::f16;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::f64x4::SimdLevel;
 
 pub(crate) use self::block::EDGE;
-use self::block::{BYTES, BlockMode, Colours, ONE_LINE, TEXELS, TexelSet, WHOLE, between, unquantise};
-use self::line::{ColourLine, ends, fit};
+use self::block::{BYTES, Colours, TEXELS, TexelSet, WHOLE};
+use self::search::WantedLight;
 use crate::precision::to_half;
 
 /// Rows of blocks that are written one after the other.
@@ -61,37 +67,81 @@ impl Images<'_> {
 
 /// Images of `width` x `height` texels, whose texels are as near as blocks allow, in logarithms.
 pub(crate) fn encode_nearest(width: usize, height: usize, texels: &[[f32; 3]]) -> Vec<u8> {
-    let images = Images { width, height, texels };
-    let (columns, rows) = images.blocks();
-    let block = |index: usize| {
-        let (image, row, column) = (index / (columns * rows), index / columns % rows, index % columns);
-        nearest::encode(&images.block(image, row, column), images.inside(row, column))
-    };
-    (0..images.count() * rows * columns).into_par_iter().flat_map_iter(block).collect()
+    encode_images(&Images { width, height, texels }, false)
 }
 
 /// Images of `width` x `height` texels, which keep their light. Blocks past the edge repeat its texels.
 pub(crate) fn encode(width: usize, height: usize, texels: &[[f32; 3]]) -> Vec<u8> {
-    let images = Images { width, height, texels };
-    let (columns, rows) = images.blocks();
-    // What a block loses of the light the next one makes up for, to the right in one row and to the left in
-    // the next, by strips of a height that does not depend on the machine.
+    encode_images(&Images { width, height, texels }, true)
+}
+
+fn encode_images(images: &Images, keeps_light: bool) -> Vec<u8> {
+    let rows = images.blocks().1;
+    let level = SimdLevel::detect();
     let strips: Vec<(usize, usize)> =
         (0..images.count()).flat_map(|image| (0..rows).step_by(STRIP).map(move |row| (image, row))).collect();
-    let strip = |(image, first): (usize, usize)| -> Vec<u8> {
+    let strip = |(image, first)| level.run(Strip { images, image, first, keeps_light });
+    strips.into_par_iter().flat_map_iter(strip).collect()
+}
+
+/// Rows of blocks of an image, from a first one on.
+struct Strip<'a> {
+    images: &'a Images<'a>,
+    image: usize,
+    first: usize,
+    keeps_light: bool,
+}
+
+impl WithSimd for Strip<'_> {
+    type Output = Vec<u8>;
+
+    /// What a block loses of the light the next one makes up for, to the right in one row and to the left in
+    /// the next, by strips of a height that does not depend on the machine.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<u8> {
+        let Strip { images, image, first, keeps_light } = self;
+        let (columns, rows) = images.blocks();
         let mut owed = [0.0; 3];
         let mut bytes = Vec::new();
         for row in first..rows.min(first + STRIP) {
             let mut blocks = vec![[0; BYTES]; columns];
             for step in 0..columns {
                 let column = if row % 2 == 0 { step } else { columns - 1 - step };
-                blocks[column] = encode_block(&images.block(image, row, column), &mut owed);
+                let colours = images.block(image, row, column);
+                let (texels, wanted) = if keeps_light {
+                    (WHOLE, Some(wanted(&colours, owed)))
+                } else {
+                    (images.inside(row, column), None)
+                };
+                let found = search::encode(&colours, texels, wanted.map(|(_, wanted)| wanted));
+                blocks[column] = found.bytes;
+                if let Some((light, _)) = wanted {
+                    owed = [0, 1, 2].map(|c: usize| owed[c] + light[c] - found.light[c]);
+                }
             }
             bytes.extend(blocks.into_flattened());
         }
         bytes
-    };
-    strips.into_par_iter().flat_map_iter(strip).collect()
+    }
+}
+
+/// The most of its own light that a block makes up for those before it.
+const MOST_OWED: f32 = 0.02;
+
+/// The light of a block, and that with what those before it owe.
+#[inline(always)]
+fn wanted(colours: &Colours, owed: [f32; 3]) -> ([f32; 3], WantedLight) {
+    let mut light = [0.0; 3];
+    for colour in colours {
+        for channel in 0..3 {
+            light[channel] += line::of_half(colour[channel]);
+        }
+    }
+    let wanted = [0, 1, 2].map(|channel: usize| {
+        let most = MOST_OWED * light[channel];
+        light[channel] + owed[channel].max(-most).min(most)
+    });
+    (light, WantedLight(wanted))
 }
 
 /// The colours of images of `width` x `height` texels, unsigned or signed.
@@ -118,136 +168,101 @@ pub(crate) fn decode(width: usize, height: usize, bytes: &[u8], is_signed: bool)
     texels
 }
 
-/// A block, which makes up for the light that is `owed`.
-fn encode_block(colours: &Colours, owed: &mut [f64; 3]) -> [u8; BYTES] {
-    let ends = ends(colours, WHOLE);
-    let best = ONE_LINE
-        .iter()
-        .filter_map(|mode| Some((mode, fit(mode, colours, WHOLE, ends)?)))
-        .min_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
-    // Mode 11 stores any two colours.
-    best.map_or([0; BYTES], |(mode, mut line)| {
-        *owed = settle(mode, colours, &mut line, *owed);
-        mode.store(&line.ends, 0, &line.indices)
-    })
-}
-
-/// How much the block's light counts beside that of its texels: as much as an error that all of these texels
-/// have alike.
-const LIGHT: f64 = 256.0;
-
-/// The most of its own light that a block makes up for those before it.
-const MOST_OWED: f64 = 0.02;
-
-/// Moves the ends of a line by a few codes, and then texels by a place, so that the block keeps its light and
-/// what those before it `owed`, which the nearest texels in logarithms do not. Gives what is owed after it.
-fn settle(mode: &BlockMode, colours: &Colours, line: &mut ColourLine, owed: [f64; 3]) -> [f64; 3] {
-    const REACH: i32 = 2;
-    let value = |bits: i32| f64::from(f16::from_bits(bits as u16).to_f32());
-    let lights = [0, 1, 2].map(|channel| colours.iter().map(|colour| value(colour[channel])).sum::<f64>());
-    let wanted: [f64; 3] = std::array::from_fn(|channel| {
-        let most = MOST_OWED * lights[channel];
-        lights[channel] + owed[channel].clamp(-most, most)
-    });
-    // In the integers of halves, of which 1024 are a factor of 2.
-    let off = |channel: usize, found: f64| {
-        let step = 1024.0 / std::f64::consts::LN_2;
-        if wanted[channel] > 0.0 {
-            LIGHT * math::powi(step * (found / wanted[channel] - 1.0), 2)
-        } else {
-            0.0
-        }
-    };
-    for channel in 0..3 {
-        let cost = |ends: [i32; 2]| {
-            let wide = ends.map(|end| unquantise(end, mode.bits));
-            let (mut error, mut found) = (0.0, 0.0);
-            for (colour, &index) in colours.iter().zip(&line.indices) {
-                let bits = between(wide, mode.places()[index]);
-                error += math::powi(f64::from(bits - colour[channel]), 2);
-                found += value(bits);
-            }
-            error + off(channel, found)
-        };
-        let given = [line.ends[0][channel], line.ends[1][channel]];
-        let mut best = (cost(given), given);
-        for (first, second) in (-REACH..=REACH).flat_map(|a| (-REACH..=REACH).map(move |b| (a, b))) {
-            let ends = [given[0] + first, given[1] + second];
-            let fits = ends.iter().all(|end| (0..1 << mode.bits).contains(end))
-                && mode.reaches(channel, ends[0], ends[1]);
-            let cost = if fits { cost(ends) } else { f64::MAX };
-            if cost < best.0 {
-                best = (cost, ends);
-            }
-        }
-        [line.ends[0][channel], line.ends[1][channel]] = best.1;
-    }
-    let wide = line.ends.map(|end| end.map(|value| unquantise(value, mode.bits)));
-    let colour = |weight: &i32| -> [i32; 3] {
-        std::array::from_fn(|channel| between([wide[0][channel], wide[1][channel]], *weight))
-    };
-    let bits: Vec<[i32; 3]> = mode.places().iter().map(colour).collect();
-    let values: Vec<[f64; 3]> = bits.iter().map(|bits| bits.map(value)).collect();
-    let mut found: [f64; 3] =
-        std::array::from_fn(|channel| line.indices.iter().map(|&index| values[index][channel]).sum());
-    for texel in 0..TEXELS {
-        let old = line.indices[texel];
-        let with = |new: usize| -> (f64, [f64; 3]) {
-            let found = std::array::from_fn(|c| found[c] - values[old][c] + values[new][c]);
-            let cost =
-                |c: usize| math::powi(f64::from(bits[new][c] - colours[texel][c]), 2) + off(c, found[c]);
-            ((0..3).map(cost).sum(), found)
-        };
-        // The first index has three bits.
-        let most = if texel == 0 { 7 } else { 15 };
-        let places = old.saturating_sub(1)..=(old + 1).min(most);
-        let best = places.map(|new| (with(new), new)).min_by(|a, b| a.0.0.total_cmp(&b.0.0));
-        if let Some(((_, light), new)) = best {
-            (line.indices[texel], found) = (new, light);
-        }
-    }
-    std::array::from_fn(|channel| lights[channel] + owed[channel] - found[channel])
-}
-
 #[cfg(test)]
 mod tests {
+    use super::block::{between, unquantise};
     use super::*;
 
-    /// What the decoder makes of a stored block is what the encoder thought.
+    /// Random ends and indices in every mode that stores one line.
     #[test]
     fn a_decoder_reads_every_mode_with_one_line() {
-        let mut seen = [0; 4];
-        for seed in 0..4000_u32 {
-            let random =
-                |k: u32| (seed.wrapping_mul(2_654_435_761).wrapping_add(k.wrapping_mul(40_503)) >> 8) % 4096;
-            let spread = [4096, 600, 60, 2][seed as usize % 4];
-            let colours: Colours = std::array::from_fn(|texel| {
-                std::array::from_fn(|channel| {
-                    let base = 7 * random(channel as u32) % 27_000;
-                    (base + random(texel as u32 * 17 + 3) % spread + random(99 + channel as u32) % spread)
-                        as i32
-                })
-            });
-            let ends = ends(&colours, WHOLE);
-            for (number, mode) in ONE_LINE.iter().enumerate() {
-                let Some(line) = fit(mode, &colours, WHOLE, ends) else { continue };
-                seen[number] += 1;
+        for (number, mode) in block::ONE_LINE.iter().enumerate() {
+            for seed in 0..1000 {
+                let random = |k: usize| {
+                    let seed = (number * 1000 + seed) * 64 + k;
+                    ((seed as u32).wrapping_mul(2_654_435_761) >> 8) as i32
+                };
+                let first: [i32; 3] = std::array::from_fn(|channel| random(channel) % (1 << mode.bits));
+                let other: [i32; 3] = std::array::from_fn(|channel| {
+                    let reach = 1 << (mode.others[channel] - 1);
+                    let value = first[channel] + random(3 + channel) % (2 * reach) - reach;
+                    value.clamp(0, (1 << mode.bits) - 1)
+                });
+                let index = |texel: usize| random(20 + texel) as usize % if texel == 0 { 8 } else { 16 };
+                let indices: [usize; TEXELS] = std::array::from_fn(index);
+                assert!(mode.stores(&[first, other]));
                 let mut found = [0_u16; 3 * TEXELS];
-                let block = mode.store(&line.ends, 0, &line.indices);
-                bcdec_rs::bc6h_half(&block, &mut found, 3 * EDGE, false);
-                let error: f64 = found
-                    .iter()
-                    .zip(colours.as_flattened())
-                    .map(|(found, given)| f64::from(i32::from(*found) - given).powi(2))
-                    .sum();
-                assert!(
-                    (error - line.error).abs() < 1e-6 * (1.0 + error),
-                    "mode {number}: {error} {}",
-                    line.error
-                );
+                bcdec_rs::bc6h_half(&mode.store(&[first, other], 0, &indices), &mut found, 3 * EDGE, false);
+                for texel in 0..TEXELS {
+                    let place = mode.places()[indices[texel]];
+                    for channel in 0..3 {
+                        let ends = [first, other].map(|end| unquantise(end[channel], mode.bits));
+                        let found = i32::from(found[3 * texel + channel]);
+                        assert_eq!(found, between(ends, place), "mode {number}, seed {seed}, texel {texel}");
+                    }
+                }
             }
         }
-        assert!(seen.iter().all(|count| *count > 50), "{seen:?}");
+    }
+
+    /// Random blocks: colours on one line or two, from nearly equal ones to those of all halves.
+    fn random_blocks(count: usize) -> Vec<Colours> {
+        let block = |seed: usize| -> Colours {
+            let random = |k: usize| {
+                let mut mixed = (seed * 64 + k) as u32;
+                for factor in [0x7feb_352d, 0x846c_a68b] {
+                    mixed = (mixed ^ mixed >> 16).wrapping_mul(factor);
+                }
+                f64::from(mixed >> 8) / f64::from(1 << 24)
+            };
+            let widths = [3.0, 30.0, 100.0, 400.0, 2000.0, 12_000.0];
+            let (near, far) = (widths[seed % 6], widths[seed / 6 % 6]);
+            let second = block::PARTITIONS[seed / 36 % 32].second;
+            let other = seed % 7 > 0;
+            std::array::from_fn(|texel| {
+                let part = usize::from(other && block::contains(second, texel));
+                let along = random(40 + texel);
+                std::array::from_fn(|channel| {
+                    let base = 30_000.0 * random(channel) + part as f64 * far * (random(3 + channel) - 0.5);
+                    let line = near * along * (random(6 + 3 * part + channel) - 0.5);
+                    (base + line + 2.0 * random(50 + channel + 3 * (texel % 4))).clamp(0.0, 31_743.0) as i32
+                })
+            })
+        };
+        (0..count).map(block).collect()
+    }
+
+    /// An independent decoder finds the texels as near as the encoder thought, in every mode.
+    #[test]
+    fn every_mode_is_chosen_where_it_is_nearest() {
+        let modes: Vec<&block::BlockMode> = block::ONE_LINE.iter().chain(&block::TWO_LINES).collect();
+        let mut seen = vec![0; modes.len()];
+        for colours in random_blocks(6000) {
+            let search::Encoded { bytes, error, .. } = search::encode(&colours, WHOLE, None);
+            let is = |mode: &&block::BlockMode| mode.is_of(&bytes);
+            seen[modes.iter().position(is).unwrap()] += 1;
+            let mut found = [0_u16; 3 * TEXELS];
+            bcdec_rs::bc6h_half(&bytes, &mut found, 3 * EDGE, false);
+            let off = |(found, given): (&u16, &i32)| f64::from(i32::from(*found) - given).powi(2);
+            let squares: f64 = found.iter().zip(colours.as_flattened()).map(off).sum();
+            assert!((squares - f64::from(error)).abs() <= 1e-5 * squares, "{squares} {error}");
+        }
+        assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+    }
+
+    /// The instructions of a processor do not change a byte.
+    #[test]
+    fn vectors_make_the_same_bytes() {
+        let texels: Vec<[f32; 3]> = random_blocks(256)
+            .iter()
+            .flatten()
+            .map(|colour| colour.map(|bits| f16::from_bits(bits as u16).to_f32()))
+            .collect();
+        let images = Images { width: 64, height: 64, texels: &texels };
+        for keeps_light in [false, true] {
+            let strip = || Strip { images: &images, image: 0, first: 0, keeps_light };
+            assert!(SimdLevel::detect().run(strip()) == SimdLevel::Portable.run(strip()));
+        }
     }
 
     /// Random ends and indices in every mode that stores two lines, for every partition.

@@ -1,4 +1,5 @@
-//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials; a mesh as a `.glb`.
+//! glTF 2.0: the meshes of a `.gltf` or `.glb` file as one, and its materials; a mesh as a `.glb`, or numbers
+//! at the vertices of such a file.
 //!
 //! Read after the Khronos Group's *glTF 2.0 Specification* (ISO/IEC 12113:2022). Files have +Y up and look
 //! along +Z; what is given is in Specula's frame, (x, y, z) = (z_file, x_file, y_file), so that the front of
@@ -16,6 +17,7 @@
 
 use std::collections::BTreeSet;
 use std::io::{Read, Seek};
+use std::sync::Arc;
 
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
@@ -40,6 +42,7 @@ mod skins;
 mod texels;
 mod texture_transform;
 mod write;
+mod write_back;
 
 use accessors::Accessors;
 use buffers::Buffers;
@@ -59,6 +62,7 @@ pub(super) use materials::find as find_material;
 pub use materials::{GltfMaterial, MaterialChoice, check_gltf_material, gltf_materials, read_gltf_material};
 pub use write::{GlbText, VertexAttribute, write_glb};
 pub(crate) use write::{is_glb, read_recipe};
+pub use write_back::{AssetFile, write_into_gltf};
 
 /// The most triangles that are read of a file, and a third of the most vertices, each instance counted.
 pub const MAX_TRIANGLES: usize = 1 << 22;
@@ -86,7 +90,7 @@ pub fn gltf_document(bytes: &[u8]) -> Option<serde_json::Value> {
 /// If `read` fails; if the file is not glTF 2.0, is damaged, or needs an extension that is not read here. The
 /// message names the place in the file.
 pub fn read_gltf<E: From<Error>>(bytes: &[u8], read: &mut ReadBeside<'_, E>) -> Result<Model, E> {
-    Ok(read_with(bytes, None, read)?.0)
+    Ok(read_with(bytes, None, read)?.model)
 }
 
 /// A number for each vertex of the mesh that [`read_gltf`] makes of the same file: that of an attribute, such
@@ -99,7 +103,7 @@ pub fn read_gltf_attribute<E: From<Error>>(
     name: &str,
     read: &mut ReadBeside<'_, E>,
 ) -> Result<Vec<f32>, E> {
-    Ok(read_with(bytes, Some(name), read)?.1)
+    Ok(read_with(bytes, Some(name), read)?.numbers)
 }
 
 /// Checks the JSON of a file for a mesh, but none of its vertices: `find` gives the length of each file
@@ -131,12 +135,35 @@ pub fn gltf_has_triangles(file: &mut (impl Read + Seek)) -> Result<bool, Error> 
     Ok(scene.meshes.iter().any(|placed| primitives_of(&document, placed.mesh).next().is_some()))
 }
 
-/// The meshes of a file, and a number for each vertex if an attribute is wanted.
+/// The meshes of a file, and where its vertices came from.
+struct Scene {
+    model: Model,
+    /// A number for each vertex if an attribute was wanted.
+    numbers: Vec<f32>,
+    /// The primitives that the mesh was made of, in the order of its vertices.
+    primitives: Vec<PlacedPrimitive>,
+}
+
+/// A primitive of a file, as a node places it.
+struct PlacedPrimitive {
+    node: usize,
+    mesh: usize,
+    /// The place of the primitive in its mesh.
+    primitive: usize,
+    /// Whether it is one of several instances of its node.
+    is_instance: bool,
+    /// How many vertices it has in the file.
+    vertices: usize,
+    /// For each vertex of ours, the vertex of the file that it was made of.
+    sources: Arc<[u32]>,
+}
+
+/// Reads a file with a number for each vertex if an attribute is wanted.
 fn read_with<E: From<Error>>(
     bytes: &[u8],
     attribute: Option<&str>,
     read: &mut ReadBeside<'_, E>,
-) -> Result<(Model, Vec<f32>), E> {
+) -> Result<Scene, E> {
     let (document, chunk) = document::open(bytes, attribute)?;
     let scene = Placed::of(&document)?;
     check_counts(&document, &scene.meshes)?;
@@ -154,6 +181,7 @@ struct Placed {
 }
 
 struct PlacedMesh {
+    node: usize,
     mesh: usize,
     skin: Option<usize>,
     place: DAffine3,
@@ -205,7 +233,7 @@ impl Placed {
             if let Some(mesh) = node.mesh {
                 let skin = node.skin.map(|skin| skin.value());
                 let instances = Instances::of(document, index, node)?;
-                meshes.push(PlacedMesh { mesh: mesh.value(), skin, place, instances });
+                meshes.push(PlacedMesh { node: index, mesh: mesh.value(), skin, place, instances });
             }
             let children: Vec<usize> = children(node).collect();
             open.extend(children.into_iter().rev().map(|child| (child, place)));
@@ -241,28 +269,43 @@ fn transform(node: &Node) -> Result<DAffine3, Error> {
     )))
 }
 
-/// A primitive, and a number for each of its vertices if an attribute is wanted.
-type Complete = (Mesh, Vec<f32>);
+/// A primitive with everything that its vertices lacked.
+#[derive(Clone)]
+struct Complete {
+    mesh: Mesh,
+    /// A number for each vertex if an attribute is wanted.
+    numbers: Vec<f32>,
+    primitive: usize,
+    vertices: usize,
+    sources: Arc<[u32]>,
+}
+
+impl Complete {
+    fn placed(&self, node: usize, mesh: usize, is_instance: bool) -> PlacedPrimitive {
+        let &Self { primitive, vertices, ref sources, .. } = self;
+        PlacedPrimitive { node, mesh, primitive, is_instance, vertices, sources: Arc::clone(sources) }
+    }
+}
 
 fn model(
     document: &Document,
     accessors: &Accessors<'_>,
     scene: &Placed,
     attribute: Option<&str>,
-) -> Result<(Model, Vec<f32>), Error> {
+) -> Result<Scene, Error> {
+    let mut placed = Vec::new();
     let mut completed: Vec<Option<Vec<Complete>>> = vec![None; document.root.meshes.len()];
     let (mut meshes, mut numbers, mut notes) = (Vec::new(), Vec::new(), Notes::default());
-    for &PlacedMesh { mesh: index, skin, place, ref instances } in &scene.meshes {
+    for &PlacedMesh { node, mesh: index, skin, place, ref instances } in &scene.meshes {
         if let Some(skin) = skin {
             notes.instanced_skins += usize::from(instances.is_some());
             // Its joints say where it is; its node does not.
             let pose = Pose::new(document, accessors, skin, &scene.nodes);
             let pose = pose.map_err(|error| error.within(format!("skins[{skin}]")))?;
-            for (mesh, of_vertices) in
-                primitives(document, accessors, index, Some(&pose), attribute, &mut notes)?
-            {
-                meshes.push(mesh);
-                numbers.extend(of_vertices);
+            for posed in primitives(document, accessors, index, Some(&pose), attribute, &mut notes)? {
+                placed.push(posed.placed(node, index, false));
+                meshes.push(posed.mesh);
+                numbers.extend(posed.numbers);
             }
             continue;
         }
@@ -274,17 +317,19 @@ fn model(
             Some(instances) => instances.places(accessors)?.into_iter().map(|there| place * there).collect(),
             None => vec![place],
         };
+        let is_instance = places.len() > 1;
         for place in places {
-            for (mesh, of_vertices) in &*primitives {
-                numbers.extend_from_slice(of_vertices);
-                let there = mesh.transformed(&place);
+            for complete in &*primitives {
+                placed.push(complete.placed(node, index, is_instance));
+                numbers.extend_from_slice(&complete.numbers);
+                let there = complete.mesh.transformed(&place);
                 let there = there.map_err(|error| Error::damaged(error.to_string()));
                 meshes.push(there.map_err(|error| error.within(format!("meshes[{index}]")))?);
             }
         }
     }
     let mesh = Mesh::joined(&meshes).map_err(|error| Error::damaged(error.to_string()))?;
-    Ok((Model { mesh, notes: notes.sentences() }, numbers))
+    Ok(Scene { model: Model { mesh, notes: notes.sentences() }, numbers, primitives: placed })
 }
 
 /// Compares what the document declares with [`MAX_TRIANGLES`], before anything of that size is allocated.
@@ -352,11 +397,13 @@ fn primitives(
             notes.without_normals += usize::from(parts.normals.is_none());
             notes.without_tangents += usize::from(parts.tangents.is_none());
             notes.with_turned_normals += usize::from(parts.tangents.is_none() && is_turned);
-            let given = numbers_of(accessors, primitive, attribute, parts.positions.len())?;
+            let vertices = parts.positions.len();
+            let given = numbers_of(accessors, primitive, attribute, vertices)?;
             let (mesh, sources) =
                 parts.complete_with_sources().map_err(|error| Error::damaged(error.to_string()))?;
             let numbers = given.map(|given| sources.iter().map(|&source| given[source as usize]).collect());
-            Ok((mesh, numbers.unwrap_or_default()))
+            let (numbers, sources) = (numbers.unwrap_or_default(), sources.into());
+            Ok(Complete { mesh, numbers, primitive: index, vertices, sources })
         });
         meshes.push(complete.map_err(|error| error.within(format!("meshes[{mesh}].primitives[{index}]")))?);
     }

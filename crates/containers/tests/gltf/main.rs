@@ -17,6 +17,7 @@ mod image_based_light;
 mod instances;
 mod materials;
 mod skins;
+mod write_back;
 mod written;
 
 /// The message for an index that does not exist.

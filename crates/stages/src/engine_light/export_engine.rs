@@ -61,9 +61,9 @@
 //!
 //! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel
 //! would change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie
-//! between two numbers take the farther one if that is needed. A block of `bc6h` holds a line of colours, and
-//! passes on what it loses to the next block. If the light of a channel still changes by more than 0.1 %, as
-//! it does if a few texels hold all light, a warning says by how much.
+//! between two numbers take the farther one if that is needed. A block of `bc6h` holds one or two lines of
+//! colours, and passes on what it loses to the next block. If the light of a channel still changes by more
+//! than 0.1 %, as it does if a few texels hold all light, a warning says by how much.
 //!
 //! The sky lights nothing, so no warning says what it loses; `bounds.json` does, as `skybox`.
 //!
@@ -162,7 +162,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,

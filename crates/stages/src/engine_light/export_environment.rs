@@ -27,8 +27,11 @@
 //! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
 //!
-//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures of one
-//! level of detail: a `cube` is one file with six faces in it, and there are no strips and crosses.
+//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a
+//! `cube` is one file with six faces in it, and there are no strips and crosses. With `levels = true` they
+//! have levels of detail, each of half of the rows of the one before, with the mean of the light over each
+//! texel's area. `texels` packs texels into 4 bytes or 1 byte, and small parts of the image keep their light;
+//! `zstd` compresses a KTX2 texture without loss.
 //! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
 //!
 //! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
@@ -55,15 +58,16 @@
 
 use std::borrow::Cow;
 
-use containers::Texture;
+use containers::{TexelFormat, Texture, write_dds, write_ktx2, write_ktx2_zstd};
 use engine::{Artifact, Choice, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use envmap::Environment;
 use shrm::{MapGrid, Prefiltered};
 use sphere::{Cube, LatLong};
 
-use crate::map::{Layout, MapPictures, endings, map_source};
+use crate::map::{Layout, MapPictures, endings};
 use crate::values::{
-    Container, Content, DistributionName, Encoding, FileFormat, MAX_RESOLUTION, Numbers, STOPS, artifacts,
+    Container, Content, DistributionName, Encoding, Excess, FileFormat, MAX_RESOLUTION, Numbers, Overflow,
+    PrecisionName, STOPS, artifacts,
 };
 
 choice! {
@@ -94,6 +98,25 @@ impl FileFormat for EnvironmentFormat {
     }
 }
 
+choice! {
+    /// How the texels of a texture are packed.
+    pub(crate) enum PackedTexels {
+        /// Three mantissas with one exponent, 4 bytes.
+        Rgb9E5 = "rgb9e5",
+        /// Blocks of BC6H, 1 byte a texel.
+        Bc6h = "bc6h",
+    }
+}
+
+impl PackedTexels {
+    fn format(self) -> TexelFormat {
+        match self {
+            Self::Rgb9E5 => TexelFormat::Rgb9E5,
+            Self::Bc6h => TexelFormat::Bc6h,
+        }
+    }
+}
+
 parameters! {
     /// Parameters of `export-environment`.
     pub(crate) struct Parameters {
@@ -105,6 +128,13 @@ parameters! {
         resolution: Option<usize> = None,
         /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
         format: EnvironmentFormat = EnvironmentFormat::Exr,
+        /// How the texels of a KTX2 or DDS texture are packed: three mantissas with one exponent, 4 bytes, or
+        /// blocks of BC6H, 1 byte a texel. Default: not packed; `precision` has their numbers.
+        texels: Option<PackedTexels> = None,
+        /// Whether a KTX2 or DDS texture of an environment has levels of detail.
+        levels: bool = false,
+        /// Whether the levels of a KTX2 texture are compressed by Zstandard.
+        zstd: bool = false,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]
         exposure: f64 = 0.0,
@@ -141,6 +171,76 @@ impl Parameters {
     }
 }
 
+impl Parameters {
+    /// The levels after the first, down to a cube of one texel a face, or a lat-long image of one row.
+    fn smaller_levels(
+        &self,
+        environment: &Environment,
+        resolution: usize,
+        context: &Context<'_>,
+    ) -> Result<Vec<Vec<[f32; 3]>>, Failure> {
+        let mut levels = Vec::new();
+        let mut rows = resolution / 2;
+        while rows > 0 {
+            context.reporter.check_cancelled()?;
+            levels.push(match self.layout {
+                Layout::Cube => environment.cube_map(Cube { edge: rows })?.pixels().to_vec(),
+                // The width of a level is half of the one before, rounded down.
+                _ => environment
+                    .resized(LatLong { width: (2 * resolution) >> (levels.len() + 1), height: rows })?
+                    .pixels()
+                    .to_vec(),
+            });
+            rows /= 2;
+        }
+        Ok(levels)
+    }
+
+    /// The file of a texture, whose brightest level has these texels.
+    fn file(
+        &self,
+        texture: &Texture,
+        brightest: &[[f32; 3]],
+        content: Content,
+        entries: &[(&str, &str)],
+        context: &Context<'_>,
+    ) -> Result<Vec<u8>, Failure> {
+        let Some(texels) = self.texels.map(PackedTexels::format) else {
+            let writer = self.encoding().writer(brightest, content, context)?;
+            let write = if self.zstd {
+                writer.texture_zstd(texture, entries)
+            } else {
+                writer.texture(texture, entries)
+            };
+            return Ok(write?.bytes);
+        };
+        let (name, largest) = (texels.name(), texels.largest());
+        let excess = Excess::of(brightest, content, largest);
+        if excess.count > 0 && self.numbers.overflow == Overflow::Error {
+            let text = format!("{} values exceed {largest}, the largest number of {name}", excess.count);
+            return Err(Failure::new(text).help("leave out `texels`, and precision = \"float\" keeps them"));
+        }
+        if excess.count > 0 {
+            context.reporter.warn(format!(
+                "{}; {name} ends at {largest}, and 32-bit floats keep it: leave out `texels`",
+                excess.text(content)
+            ));
+        }
+        let recipe = Some(context.recipe());
+        let encoded = match self.format {
+            EnvironmentFormat::Ktx2 if self.zstd => write_ktx2_zstd(texture, texels, recipe, entries)?,
+            EnvironmentFormat::Ktx2 => write_ktx2(texture, texels, recipe, entries)?,
+            _ => write_dds(texture, texels)?,
+        };
+        if encoded.negative > 0 {
+            context
+                .reporter
+                .warn(format!("{} negative values became 0, which {name} does not hold", encoded.negative));
+        }
+        Ok(encoded.bytes)
+    }
+}
+
 /// The port of the light.
 const ENVIRONMENT: &str = "environment";
 
@@ -168,6 +268,18 @@ impl Kind for ExportEnvironment {
         if parameters.is_texture() && matches!(parameters.layout, Layout::CubeStrip | Layout::CubeCross) {
             errors.push(("layout", "a texture is \"lat-long\" or \"cube\"".into()));
         }
+        if parameters.texels.is_some() && !parameters.is_texture() {
+            errors.push(("texels", "only format = \"ktx2\" or \"dds\" uses it".into()));
+        }
+        if parameters.texels.is_some() && parameters.numbers.precision != PrecisionName::Auto {
+            errors.push(("precision", "packed texels have their own".into()));
+        }
+        if parameters.levels && !parameters.is_texture() {
+            errors.push(("levels", "only format = \"ktx2\" or \"dds\" has them".into()));
+        }
+        if parameters.zstd && parameters.format != EnvironmentFormat::Ktx2 {
+            errors.push(("zstd", "only format = \"ktx2\" is compressed so".into()));
+        }
         errors.extend(parameters.encoding().check());
         errors
     }
@@ -181,6 +293,9 @@ impl Kind for ExportEnvironment {
             if !parameters.is_texture() {
                 let text = "the levels of a prefiltered cube need a texture: format = \"ktx2\" or \"dds\"";
                 errors.push(("format", text.into()));
+            }
+            if parameters.levels {
+                errors.push(("levels", "a prefiltered cube has its levels already".into()));
             }
             if parameters.resolution.is_some() {
                 errors.push(("resolution", "a prefiltered cube has its size already".into()));
@@ -213,8 +328,17 @@ impl Kind for ExportEnvironment {
             return Ok(Output::files(pictures.files(pixels, encoding, context)?));
         }
         let (width, faces) = if layout == Layout::Cube { (resolution, 6) } else { (2 * resolution, 1) };
-        let texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
-        Ok(Output::files(map_source::encode(&texture, encoding, ExportEnvironment::NAME, context)?))
+        let mut texture = Texture { width, height: resolution, faces, pixels, ..Texture::default() };
+        if parameters.levels {
+            texture.smaller_levels = parameters.smaller_levels(&exposed, resolution, context)?;
+        }
+        let grid = match layout {
+            Layout::Cube => MapGrid::Cube(Cube { edge: resolution }),
+            _ => MapGrid::LatLong(LatLong::with_rows(resolution)),
+        };
+        let entries = [("specula.kind", ExportEnvironment::NAME)];
+        let content = Content::Light(grid);
+        Ok(Output::files(vec![parameters.file(&texture, &texture.pixels, content, &entries, context)?]))
     }
 }
 
@@ -257,6 +381,5 @@ fn with_levels(
         ("specula.distribution", lobe),
         ("specula.roughness", roughness.as_str()),
     ];
-    let writer = parameters.encoding().writer(brightest, content, context)?;
-    Ok(Output::files(vec![writer.texture(&texture, &entries)?.bytes]))
+    Ok(Output::files(vec![parameters.file(&texture, brightest, content, &entries, context)?]))
 }

@@ -30,7 +30,7 @@
 //! Photographs hold suns 10^5 times brighter than their mean. Every series that is cut rings around them, in
 //! stops. So if you name neither a degree nor a tolerance, suns and lamps leave the series: pixels more than
 //! 10 times brighter than the mean over the sphere are cut down to that, and what is cut off becomes a few
-//! `lights`, disks with a direction, an angular radius and an irradiance, beside the series. The series then
+//! `lights`, disks with a direction, an angular radius and an irradiance. The series then
 //! has the degree of the image, at most 255, and `convolve` takes from it what each material shows. Exports
 //! put the lights back into their maps, or write them beside these (`lamps` of `export-shrm`).
 //!
@@ -322,7 +322,7 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Resu
     if enough.is_none() {
         reporter.warn(format!(
             "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a larger image holds \
-             more, and without `tolerance` and `degree` the lamps, which need it, stay beside the series",
+             more, and without `tolerance` and `degree` the lamps, which need it, are kept as lights",
             tolerance.get(),
             degree.get()
         ));

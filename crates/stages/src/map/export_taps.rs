@@ -247,7 +247,7 @@ impl Kind for ExportTaps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-taps";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[brdf::revisions::MODELS, taps::revisions::SCALE_SPACE];
     const TEXT: &'static str = include_str!("export_taps.rs");
 

@@ -146,7 +146,7 @@ const UNCERTAIN: f64 = 0.02;
 /// The most p that are listed one by one.
 const MOST_TOLD: usize = 13;
 
-/// `degrees [11, 2] hold 97.236 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %`
+/// `degrees [11, 2] hold 97.2 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %`
 fn described(projection: &Projection) -> String {
     let coefficients = &projection.coefficients;
     let (f, p) = (coefficients.f().get(), coefficients.p().get());

@@ -82,7 +82,7 @@ impl Kind for ContactSheet {
     type Parameters = Parameters;
 
     const NAME: &'static str = "contact-sheet";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] =
         &[sh::revisions::TRANSFORM, envmap::revisions::LAMPS, brdf::revisions::MODELS];
     const TEXT: &'static str = include_str!("contact_sheet.rs");

@@ -7,11 +7,11 @@
 //! path = "report"
 //! ```
 //!
-//! The page begins with advice for each material: the export (a plain reflection map, Kautz-McCool's 3D
+//! The page begins with a sentence for each material: the export (a plain reflection map, Kautz-McCool's 3D
 //! texture, Cabral's view maps, or a spherical harmonic reflection map) that serves under all environments,
-//! its error under the worst of them and its size. A table has the same for each pair of a material and an
-//! environment. Below it are, for each pair, a sphere with every export and the ground truth, with pictures
-//! of the differences, and the size of each export.
+//! its size, and its error under the worst of them; the reason is folded below. A table has a line for each
+//! pair of a material and an environment. Below it are, for each pair, a sphere with every export and the
+//! ground truth, with pictures of the differences, and all figures of each export.
 //!
 //! ## Errors
 //!
@@ -25,8 +25,9 @@
 //! The figures are statistics: not every pixel is measured, but every second, fourth, ... of them, and twice
 //! as many until the standard error of the first figure is at most 2 % of it, or of `accept` if that is
 //! larger, and the second is known as well or surely within its limit, or beyond it. An SHRM with lamps in
-//! it is measured at as many pixels as half a second of work allows. The JSON file has the standard errors.
-//! Pixels that were not measured are shown as means of those around them.
+//! it is measured at as many pixels as two seconds of work allow. The JSON file has the standard errors.
+//! Pixels that were not measured are shown as means of those around them, and a picture with fewer measured
+//! pixels than the others is smaller.
 //!
 //! The ground truth adds up all light for each pixel by the material's own BRDF, to about 0.01 stops. Where
 //! the reflection is smooth, blocks of texels are added as one; no sun is blurred or moved.
@@ -135,6 +136,7 @@ mod rigs_section;
 mod sampling_section;
 mod sphere;
 mod study;
+mod summary_section;
 mod tables;
 mod tables_section;
 mod taps_on_sphere;
@@ -229,7 +231,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,

@@ -3,7 +3,7 @@
 
 use containers::{
     Encoded, Error, Precision, Texture, write_dds, write_exr, write_exr_layers, write_ktx2, write_ktx2_rgba,
-    write_png, write_rgbe,
+    write_ktx2_zstd, write_png, write_rgbe,
 };
 use engine::{Choice, Context, Failure, Reporter, choice, parameters};
 use envmap::{Image, ToneMap, to_srgb8};
@@ -225,6 +225,15 @@ impl Writer<'_> {
                 self.picture(&image(texture.width, rows, texture.pixels.clone())?)
             }
         }
+    }
+
+    /// The KTX2 file of a texture whose levels are compressed by Zstandard.
+    pub(crate) fn texture_zstd(
+        &self,
+        texture: &Texture,
+        entries: &[(&str, &str)],
+    ) -> Result<Encoded, Failure> {
+        Ok(write_ktx2_zstd(texture, self.precision, Some(self.recipe), entries)?)
     }
 
     /// The files of a texture of maps: the texture itself, or a picture for each map.

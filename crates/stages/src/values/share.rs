@@ -26,9 +26,9 @@ pub(crate) fn about(part: f64) -> String {
     }
 }
 
-/// Writes a share with three decimals, rounded down so that only the whole is 100 %: `98.765 %`.
+/// Writes a share of a whole: `43.6 %`. Only the whole is 100 %.
 pub(crate) fn share(part: f64) -> String {
-    format!("{} %", (part * 1e5).floor() / 1e3)
+    if (0.999_99..1.0).contains(&part) { "over 99.999 %".into() } else { percent(part) }
 }
 
 /// Writes a share, or a relative error, with two digits of it or of the rest, whichever is smaller:
@@ -85,8 +85,8 @@ mod tests {
 
     #[test]
     fn only_the_whole_is_100_percent() {
-        assert_eq!(share(0.98765432), "98.765 %");
-        assert_eq!(share(0.999_999_9), "99.999 %");
+        assert_eq!(share(0.43598), "43.6 %");
+        assert_eq!(share(0.999_999_9), "over 99.999 %");
         assert_eq!(share(1.0), "100 %");
     }
 }

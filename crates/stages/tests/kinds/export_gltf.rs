@@ -1,11 +1,14 @@
 //! `export-gltf`: what a reader of the file finds.
 
+use containers::tensors::OfMesh;
+use engine::{Artifact, Digest};
 use serde_json::Value;
 use sh::{Basis, Degree, Expansion};
 use sphere::{DVec3, Direction};
 use stages::artifacts::{BrdfTable, LightField, Lighting, Material, Mesh, Transfer, VertexRadiance};
 
 use crate::fixture::{Case, case, difference, environment, lambert, sky, sky_lighting};
+use crate::import_mesh::{square, square_files};
 use crate::vertices::{pit, shaded};
 
 fn export(parameters: &str) -> Case {
@@ -161,6 +164,51 @@ fn a_mesh_alone_has_a_matte_material() {
     assert!(read.json.get("extensionsUsed").is_none() && read.json["meshes"][0].get("extras").is_none());
     assert_eq!(notes.len(), 1);
     assert!(notes[0].starts_with("9 vertices: "), "{notes:?}");
+}
+
+/// Items of a fixture have the key {environment: sky}, and so has the asset.
+#[test]
+fn the_asset_that_came_in_is_kept() {
+    let mesh = square().artifact::<Mesh>();
+    let (text, bytes) = square_files();
+    let digest = Digest::of(&mesh.encode().unwrap()).to_string();
+    // Vertices of the asset that are several here have the same place, and so the same number.
+    let radiance = VertexRadiance(OfMesh { value: mesh.0.positions().to_vec(), mesh: digest });
+    let export = |parameters: &str| {
+        case("export-gltf", parameters)
+            .file("meshes/sky.gltf", text)
+            .file("meshes/square.bin", bytes.clone())
+            .input("mesh", (*mesh).clone())
+    };
+    let ran = export("gltf = \"meshes/{environment}.gltf\"").input("radiance", radiance).run().unwrap();
+    assert_eq!((&ran.warnings, ran.notes.len()), (&Vec::new(), 1));
+    let read = Read::of(ran.files()[0]);
+    let asset: Value = serde_json::from_str(text).unwrap();
+    for kept in ["nodes", "scenes"] {
+        assert_eq!(read.json[kept], asset[kept]);
+    }
+    assert!(read.json.get("materials").is_none());
+    for primitive in 0..2 {
+        let attributes = &read.json["meshes"][0]["primitives"][primitive]["attributes"];
+        let names: Vec<&String> = attributes.as_object().unwrap().keys().collect();
+        assert_eq!(names, ["POSITION", "TEXCOORD_0", "_RADIANCE"]);
+        let (accessor, numbers) = read.accessor(&attributes["_RADIANCE"]);
+        assert_eq!(accessor["count"], 4);
+        // The first vertex of the file, (0, -1, 1), where its node puts it, in our frame.
+        let first = [1.0_f32, 0.0, 1.0].iter().flat_map(|number| number.to_le_bytes());
+        assert_eq!(numbers[..12], first.collect::<Vec<u8>>());
+    }
+    assert_eq!(
+        export("gltf = \"meshes/{mesh}.gltf\"").failure(),
+        "gltf = \"meshes/{mesh}.gltf\" names {mesh}, and no source stage above has that name"
+    );
+    assert_eq!(
+        export("gltf = \"a.glb\"\nexposure = 1").errors(),
+        ["exposure: has no effect with gltf, because COLOR_0 is not written"]
+    );
+    let other =
+        case("export-gltf", "gltf = \"a.gltf\"").file("a.gltf", text).file("square.bin", bytes.clone());
+    assert!(other.input("mesh", pit()).failure().contains("the file holds another mesh"));
 }
 
 #[test]

@@ -11,6 +11,15 @@ use crate::fixture::{Case, case};
 /// no other rule gives its tangent, and with one coordinate everywhere, which gives none. Its numbers are in
 /// separate files.
 pub(crate) fn square() -> Case {
+    let (text, bytes) = square_files();
+    case("import-mesh", "")
+        .file("meshes/square.gltf", text)
+        .file("meshes/square.bin", bytes)
+        .source("meshes/square.gltf")
+}
+
+/// The document of the square, and the file of its numbers, `square.bin`.
+pub(crate) fn square_files() -> (&'static str, Vec<u8>) {
     let numbers: Vec<f32> = vec![
         0.0, -1.0, 1.0, 0.0, -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, // positions
         0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, // coordinates
@@ -34,10 +43,7 @@ pub(crate) fn square() -> Case {
         "bufferViews": [{ "buffer": 0, "byteLength": 86 }],
         "buffers": [{ "uri": "square.bin", "byteLength": 86 }]
     }"#;
-    case("import-mesh", "")
-        .file("meshes/square.gltf", text)
-        .file("meshes/square.bin", bytes)
-        .source("meshes/square.gltf")
+    (text, bytes)
 }
 
 /// The corpus's helmet, with its numbers in separate files.

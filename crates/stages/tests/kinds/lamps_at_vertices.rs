@@ -63,7 +63,7 @@ fn a_lamp_is_shaded_once_by_the_material_or_by_the_series() {
     let apart = with(sky, true).input("lights", lit_by(vec![lamp()]));
     assert!(difference(&radiance(&apart), &both) < 1e-5);
     let ran = with(sky_lighting(), true).run().unwrap();
-    let expected = "the lighting has no lamps beside its series, so the material shades nothing";
+    let expected = "no lamp is kept as a light, so the material shades nothing";
     assert!(ran.notes.iter().any(|note| note == expected), "{:?}", ran.notes);
 }
 

@@ -22,7 +22,7 @@ pub(crate) type TexelSet = u16;
 pub(crate) const WHOLE: TexelSet = TexelSet::MAX;
 
 /// Whether a texel is in a set.
-pub(crate) fn contains(set: TexelSet, texel: usize) -> bool {
+pub(crate) const fn contains(set: TexelSet, texel: usize) -> bool {
     set >> texel & 1 == 1
 }
 
@@ -213,12 +213,20 @@ pub(crate) const PARTITIONS: [Partition; 32] = {
 };
 
 impl BlockMode {
+    /// Whether a block is in the mode.
+    #[cfg(test)]
+    pub(crate) fn is_of(&self, block: &[u8; BYTES]) -> bool {
+        u128::from(block[0]) & ((1 << self.code.1) - 1) == self.code.0
+    }
+
     /// The place of each index on a line, in 64ths.
+    #[inline(always)]
     pub(crate) fn places(&self) -> &'static [i32] {
         if self.lines == 2 { &PLACES_OF_TWO } else { &PLACES_OF_ONE }
     }
 
     /// Whether the mode stores these colours, of which the first is the base of differences.
+    #[inline(always)]
     pub(crate) fn stores(&self, colours: &[[i32; 3]]) -> bool {
         let reaches = |colour: &[i32; 3]| {
             (0..3).all(|channel| self.reaches(channel, colours[0][channel], colour[channel]))
@@ -227,12 +235,14 @@ impl BlockMode {
     }
 
     /// Whether the mode stores a channel of a colour beside that of the first.
+    #[inline(always)]
     pub(crate) fn reaches(&self, channel: usize, first: i32, other: i32) -> bool {
         let far = 1 << (self.others[channel] - 1);
         !self.has_differences() || (-far..far).contains(&(other - first))
     }
 
     /// Whether colours after the first are stored as differences from it.
+    #[inline(always)]
     fn has_differences(&self) -> bool {
         self.others[0] != self.bits
     }
@@ -283,17 +293,17 @@ fn place(letters: &str, name: &str, at: usize) -> usize {
     letters.bytes().position(|known| Some(&known) == letter).unwrap_or(0)
 }
 
-/// The number of `bits` bits that [`unquantise`] and [`finish`] take nearest to a half's integer.
-pub(crate) fn quantise(value: f64, bits: u32) -> i32 {
-    let most = (1 << bits) - 1;
-    let wide = value.clamp(0.0, 31743.0) * 64.0 / 31.0;
-    let guess = ((wide * f64::from(1 << bits) - 32768.0) / 65536.0).round() as i32;
-    let distance = |code: i32| (f64::from(finish(unquantise(code, bits))) - value).abs();
-    let candidates = (guess - 1..=guess + 1).map(|code| code.clamp(0, most));
-    candidates.min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+/// The number of `bits` bits that stands for about a half's integer.
+#[inline(always)]
+pub(crate) fn quantise(value: f32, bits: u32) -> i32 {
+    // What it stands for is rounded down.
+    let wide = (value.clamp(0.0, 31743.0) + 0.5) * (64.0 / 31.0);
+    let code = if bits >= 15 { wide } else { wide * (1 << bits) as f32 / 65536.0 - 0.5 };
+    ((code + 0.5) as i32).clamp(0, (1 << bits) - 1)
 }
 
 /// The 16 bits that a stored number stands for.
+#[inline(always)]
 pub(crate) fn unquantise(code: i32, bits: u32) -> i32 {
     match code {
         _ if bits >= 15 => code,
@@ -304,11 +314,13 @@ pub(crate) fn unquantise(code: i32, bits: u32) -> i32 {
 }
 
 /// Converts 16 bits to the bits of a half, at most those of 65504.
+#[inline(always)]
 fn finish(wide: i32) -> i32 {
     (wide * 31) >> 6
 }
 
 /// The bits of the half at a place between two ends.
+#[inline(always)]
 pub(crate) fn between(wide: [i32; 2], weight: i32) -> i32 {
     finish((wide[0] * (64 - weight) + wide[1] * weight + 32) >> 6)
 }

@@ -20,6 +20,9 @@ pub type ReadBeside<'a, E> = dyn FnMut(&str) -> Result<Arc<Vec<u8>>, E> + 'a;
 
 const MESHOPT: &str = "EXT_meshopt_compression";
 
+/// The extensions of buffer views that name a buffer, too.
+pub(super) const COMPRESSIONS: [&str; 2] = [MESHOPT, "KHR_meshopt_compression"];
+
 /// The content of the buffer views that are needed.
 pub(super) struct Buffers<'a> {
     document: &'a Document,
@@ -62,6 +65,34 @@ impl<'a> Buffers<'a> {
             buffers.load_view(view, read)?;
         }
         Ok(buffers)
+    }
+
+    /// Loads every buffer, whether its bytes are needed here or not, except those that have none: extensions
+    /// of compression call them fallback buffers.
+    pub(super) fn load_all<E: From<Error>>(
+        document: &'a Document,
+        chunk: Option<&'a [u8]>,
+        read: &mut ReadBeside<'_, E>,
+    ) -> Result<Self, E> {
+        let mut buffers = Self { document, chunk, contents: BTreeMap::new(), decompressed: BTreeMap::new() };
+        for (index, buffer) in document.root.buffers.iter().enumerate() {
+            let others = buffer.extensions.as_ref().map(|extensions| &extensions.others);
+            let is_fallback = |name: &&str| {
+                let extension = others.and_then(|others| others.get(*name));
+                extension.and_then(|extension| extension.get("fallback")).is_some_and(|flag| *flag == true)
+            };
+            let is_chunk = index == 0 && chunk.is_some();
+            if buffer.uri.is_some() || is_chunk || !COMPRESSIONS.iter().any(is_fallback) {
+                buffers.load_buffer(index, read)?;
+            }
+        }
+        Ok(buffers)
+    }
+
+    /// The bytes of a buffer, if it has some.
+    pub(super) fn whole(&self, index: usize) -> Option<&[u8]> {
+        let length = size(self.document.root.buffers.get(index)?.byte_length.0);
+        self.contents.get(&index).and_then(|content| content.bytes().get(..length))
     }
 
     /// Checks that the buffers of these accessors are there and long enough, without reading them; `find`

@@ -169,6 +169,10 @@ fn keep_meshes(parts: &mut Map<String, Value>, attribute: Option<&str>) -> (Vec<
             let Value::Object(element) = element else { continue };
             element.remove("extras");
             element.remove("camera");
+            if let Some(extensions) = element.get_mut("extensions").and_then(Value::as_object_mut) {
+                // The lights themselves are removed above.
+                extensions.remove("KHR_lights_punctual");
+            }
             if part == "scenes" {
                 element.entry("nodes").or_insert_with(|| json!([]));
             }

@@ -16,7 +16,7 @@ use crate::recipe::KEY;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
-const ARRAY_BUFFER: u32 = 34962;
+pub(super) const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Numbers at each vertex, for an attribute of a glTF file.
@@ -59,26 +59,7 @@ pub struct GlbText<'a> {
 /// # Ok::<(), containers::Error>(())
 /// ```
 pub fn write_glb(mesh: &Mesh, attributes: &[VertexAttribute], text: GlbText<'_>) -> Result<Vec<u8>, Error> {
-    let unwritable = |message: String| Error::new(ErrorKind::Unwritable, message).within("glTF");
-    recipe::check(text.recipe).map_err(|error| error.within("glTF"))?;
-    if text.recipe.is_some_and(|recipe| serde_json::from_str::<&RawValue>(recipe).is_err()) {
-        return Err(unwritable("the recipe is not JSON".into()));
-    }
-    if mesh.triangles().is_empty() {
-        return Err(unwritable("a mesh without triangles cannot be written".into()));
-    }
-    let vertices = mesh.positions().len();
-    for VertexAttribute { name, width, values } in attributes {
-        if !(1..=4).contains(width) || values.len() != vertices * width {
-            let length = values.len();
-            return Err(unwritable(format!(
-                "{name}: {length} numbers, {width} each, for {vertices} vertices"
-            )));
-        }
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-            return Err(unwritable(format!("{name}: a number of vertex {} is not finite", at / width)));
-        }
-    }
+    check(mesh, attributes, text.recipe)?;
     let mut file = GltfFile::default();
     let positions: Vec<[f32; 3]> = mesh.positions().iter().map(|place| turned(*place)).collect();
     let tangent = |&[x, y, z, w]: &[f32; 4]| {
@@ -101,6 +82,50 @@ pub fn write_glb(mesh: &Mesh, attributes: &[VertexAttribute], text: GlbText<'_>)
     file.container(indices, text)
 }
 
+/// Refuses what cannot be written: numbers that are not those of the mesh's vertices, or not finite; a mesh
+/// without triangles; a recipe that is not a line of JSON.
+pub(super) fn check(mesh: &Mesh, attributes: &[VertexAttribute], recipe: Option<&str>) -> Result<(), Error> {
+    recipe::check(recipe).map_err(|error| error.within("glTF"))?;
+    if recipe.is_some_and(|recipe| serde_json::from_str::<&RawValue>(recipe).is_err()) {
+        return Err(unwritable("the recipe is not JSON".into()));
+    }
+    if mesh.triangles().is_empty() {
+        return Err(unwritable("a mesh without triangles cannot be written".into()));
+    }
+    let vertices = mesh.positions().len();
+    for VertexAttribute { name, width, values } in attributes {
+        if !(1..=4).contains(width) || values.len() != vertices * width {
+            let length = values.len();
+            return Err(unwritable(format!(
+                "{name}: {length} numbers, {width} each, for {vertices} vertices"
+            )));
+        }
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            return Err(unwritable(format!("{name}: a number of vertex {} is not finite", at / width)));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn unwritable(message: String) -> Error {
+    Error::new(ErrorKind::Unwritable, message).within("glTF")
+}
+
+/// The view of a part of the only buffer.
+pub(super) fn view(offset: usize, length: usize, target: Option<u32>) -> Value {
+    let mut view = json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    if let Some(target) = target {
+        view["target"] = target.into();
+    }
+    view
+}
+
+/// The accessor of an attribute of 32-bit floats that has a view of its own.
+pub(super) fn float_accessor(view: usize, width: usize, vertices: usize) -> Value {
+    let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
+    json!({ "bufferView": view, "componentType": FLOAT, "count": vertices, "type": kind })
+}
+
 /// A vector in the file's frame.
 fn turned(vector: [f32; 3]) -> [f32; 3] {
     sphere::to_file(DVec3::from(vector.map(f64::from))).as_vec3().to_array()
@@ -118,23 +143,15 @@ struct GltfFile {
 impl GltfFile {
     /// The view of the bytes that are written next.
     fn view(&mut self, length: usize, target: u32) -> usize {
-        self.views.push(json!({
-            "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": length, "target": target
-        }));
+        self.views.push(view(self.bytes.len(), length, Some(target)));
         self.views.len() - 1
     }
 
     fn attribute(&mut self, name: &str, width: usize, values: &[f32]) {
-        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
         let view = self.view(size_of_val(values), ARRAY_BUFFER);
         self.bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         self.attributes.insert(name.to_owned(), self.accessors.len().into());
-        self.accessors.push(json!({
-            "bufferView": view,
-            "componentType": FLOAT,
-            "count": values.len() / width,
-            "type": kind
-        }));
+        self.accessors.push(float_accessor(view, width, values.len() / width));
     }
 
     /// The range of the last accessor, which the specification wants of positions.
@@ -200,28 +217,30 @@ impl GltfFile {
         }
         let members: Vec<String> =
             members.iter().map(|(name, value)| format!("{}:{value}", json!(name))).collect();
-        let mut json = format!("{{\"asset\":{asset},{}}}", members.join(",")).into_bytes();
-        json.resize(json.len().next_multiple_of(4), b' ');
-
-        let word = |length: usize| {
-            let word = u32::try_from(length).map_err(|_| {
-                let message = format!("{length} bytes are more than a binary glTF can hold");
-                Error::new(ErrorKind::Unwritable, message).within("glTF")
-            });
-            word.map(u32::to_le_bytes)
-        };
-        let length = 12 + 8 + json.len() + 8 + self.bytes.len();
-        let mut file = Vec::with_capacity(length);
-        file.extend(b"glTF");
-        file.extend(2_u32.to_le_bytes());
-        file.extend(word(length)?);
-        for (kind, chunk) in [(b"JSON", &json), (b"BIN\0", &self.bytes)] {
-            file.extend(word(chunk.len())?);
-            file.extend(kind);
-            file.extend(chunk);
-        }
-        Ok(file)
+        let json = format!("{{\"asset\":{asset},{}}}", members.join(","));
+        container(json.into_bytes(), &self.bytes)
     }
+}
+
+/// A binary glTF of its JSON and its bytes, which are a multiple of four (section 4.4).
+pub(super) fn container(mut json: Vec<u8>, bytes: &[u8]) -> Result<Vec<u8>, Error> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let word = |length: usize| {
+        let word = u32::try_from(length)
+            .map_err(|_| unwritable(format!("{length} bytes are more than a binary glTF can hold")));
+        word.map(u32::to_le_bytes)
+    };
+    let length = 12 + 8 + json.len() + 8 + bytes.len();
+    let mut file = Vec::with_capacity(length);
+    file.extend(b"glTF");
+    file.extend(2_u32.to_le_bytes());
+    file.extend(word(length)?);
+    for (kind, chunk) in [(b"JSON", json.as_slice()), (b"BIN\0", bytes)] {
+        file.extend(word(chunk.len())?);
+        file.extend(kind);
+        file.extend(chunk);
+    }
+    Ok(file)
 }
 
 /// Whether bytes are a binary glTF.

@@ -8,11 +8,13 @@ use engine::Failure;
 use crate::map::{COMPONENT_EDGE, RESOLUTION};
 use crate::picture::report::advice::word;
 use crate::picture::report::cuts::TablePictures;
-use crate::picture::report::figures::{Advice, Export, Limits, Method, PairFigures, Report};
+use crate::picture::report::figures::{Method, PairFigures, Report};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::{data_uri, difference};
 use crate::picture::report::rig_pictures::RigPictures;
-use crate::picture::report::{rigs_section, sampling_section, tables_section, trade_section};
+use crate::picture::report::{
+    rigs_section, sampling_section, summary_section, tables_section, trade_section,
+};
 use crate::values::percent;
 use crate::values::quantity::size;
 
@@ -75,114 +77,22 @@ pub(crate) fn page(
 
 /// The section on the exports of maps.
 fn maps(page: &mut Markup, title: &str, report: &Report, pictures: &[Pictures]) -> Result<(), Failure> {
-    summary(page, title, report);
-    page.line("<h2 id=\"pairs\">Each material under each environment</h2>");
+    summary_section::section(page, title, report);
+    page.line("<h2 id=\"pairs\">Pictures of each pair</h2>");
     page.put(format_args!(
         "<p>Every sphere is seen from far away along +X, so it shows the highlight from every angle. The ground truth \
-         adds up all light for each pixel (brute force). Differences are between the pictures as shown; the second \
-         row amplifies them {} times. All pictures of an environment have the same exposure.</p>\n",
+         adds up all light for each pixel (brute force). Below each picture is its difference from the truth as shown, \
+         and the same times {}. Small spheres were measured at fewer pixels. All pictures of an environment have the \
+         same exposure.</p>\n",
         report.settings.amplify
     ));
     for (index, (pair, pictures)) in report.pairs.iter().zip(pictures).enumerate() {
         card(page, report, index, pair, pictures)?;
     }
-    sizes(page, report);
     Ok(())
 }
 
-/// The first screen: which export to use, for every pair.
-fn summary(page: &mut Markup, title: &str, report: &Report) {
-    let (settings, limits) = (&report.settings, &report.settings.limits);
-    page.put(format_args!(
-        "<h1>{}: which export to use</h1>\n<p class=\"soft\">For each material and environment, the error of each export \
-         on a sphere, compared with the ground truth, and its size. An export is good if 95 % of the samples are within \
-         {:.2} stops of the truth and 99 % within {:.2}; the report advises the smallest one that is good. Sizes are \
-         those of the texels as RGBA half floats, with cube faces of {n} × {n}.</p>\n<h2 \
-         class=\"first\">Summary</h2>\n<dl>",
-        escape(title),
-        limits.p95,
-        limits.p99,
-        n = settings.resolution
-    ));
-    for material in &report.materials {
-        let (name, model) = (escape(&material.name), escape(&material.model));
-        page.put(format_args!(
-            "<dt>{name}<span class=\"size\">{model}, about the {}</span></dt><dd>{} {}</dd>\n",
-            material.centre,
-            badge(&material.advice),
-            escape(&material.advice.why)
-        ));
-    }
-    page.line("</dl>");
-    page.line("<h2>Each pair</h2>");
-    page.line(
-        "<p>In each field: the stops within which 95 % and 99 % of the samples are; the share of negative samples; the \
-         RMS error, which says little about rings and dark places; F, P and the size.</p>",
-    );
-    page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Environment</th><th>Use</th>");
-    for method in Method::ALL {
-        page.put(format_args!("<th class=\"number\">{}</th>", method.title()));
-    }
-    page.line("<th>Why</th></tr></thead><tbody>");
-    for (index, pair) in report.pairs.iter().enumerate() {
-        page.put(format_args!(
-            "<tr><th scope=\"row\"><a href=\"#pair-{index}\">{}</a></th><td>{}</td><td>{}</td>",
-            escape(&pair.material),
-            escape(&pair.environment),
-            badge(&pair.advice),
-        ));
-        for method in Method::ALL {
-            let Some(export) = pair.exports.iter().find(|export| export.method == method) else {
-                page.put(format_args!("<td class=\"number\">–</td>"));
-                continue;
-            };
-            let class = match (method == pair.advice.method, pair.advice.good) {
-                (true, true) => " pick",
-                (true, false) => " poor",
-                (false, _) => "",
-            };
-            page.put(format_args!("<td class=\"number{class}\">"));
-            figures(page, export, limits);
-            page.put(format_args!("</td>"));
-        }
-        page.put(format_args!("<td class=\"why\">{}</td></tr>\n", escape(&pair.advice.why)));
-    }
-    page.line("</tbody></table></div>");
-}
-
-/// The name of the advised export, marked if it is not good.
-fn badge(advice: &Advice) -> String {
-    match advice.good {
-        true => format!("<span class=\"badge\">{}</span>", advice.method.title()),
-        false => format!(
-            "<span class=\"badge poor\">{}</span><span class=\"size\">the best, but not good</span>",
-            advice.method.title()
-        ),
-    }
-}
-
-/// The figures of an export, one below the other.
-fn figures(page: &mut Markup, export: &Export, limits: &Limits) {
-    let errors = &export.errors;
-    page.put(format_args!(
-        "{:.2} · {:.2}<span class=\"size\">{}</span>",
-        errors.p95,
-        errors.p99,
-        word(errors, limits)
-    ));
-    if errors.negative > 0.0 {
-        page.put(format_args!("<span class=\"size\">{} negative</span>", percent(errors.negative)));
-    }
-    page.put(format_args!("<span class=\"size\">RMS {}</span>", percent(errors.rms)));
-    let degrees = match export.method {
-        Method::Taps => export.texture.clone(),
-        Method::ReflectionMap | Method::PartMaps => format!("F = {}", export.f),
-        _ => format!("F = {}, P = {}", export.f, export.p),
-    };
-    page.put(format_args!("<span class=\"size\">{degrees} · {}</span>", size(export.bytes)));
-}
-
-/// One pair: spheres and differences.
+/// One pair: its advice, spheres and differences, and all figures.
 fn card(
     page: &mut Markup,
     report: &Report,
@@ -192,57 +102,51 @@ fn card(
 ) -> Result<(), Failure> {
     let edge = report.settings.sphere;
     let name = escape(&format!("{} under {}", pair.material, pair.environment));
-    let image = |page: &mut Markup, pixels: &[[u8; 3]], what: &str| -> Result<(), Failure> {
+    // A picture of fewer pixels is smaller, so that it is as sharp as the others.
+    let finest = pair.exports.iter().map(|export| export.one_of).min().unwrap_or(1);
+    let image = |page: &mut Markup, pixels: &[[u8; 3]], one_of: usize, what: &str| -> Result<(), Failure> {
         let source = data_uri(edge, edge, pixels)?;
+        let width = 100.0 * (finest as f64 / one_of as f64).sqrt();
         page.put(format_args!(
-            "<img src=\"{source}\" width=\"{edge}\" height=\"{edge}\" alt=\"{name}: {}\"/>",
+            "<img src=\"{source}\" style=\"width: {width:.0}%\" alt=\"{name}: {}\"/>",
             escape(what)
         ));
         Ok(())
     };
     page.put(format_args!(
-        "<section class=\"pair\" id=\"pair-{index}\"><h3>{name}</h3>\n<p>{}</p>\n<div class=\"scroll\"><div \
-         class=\"spheres\" style=\"--columns: {}\">\n<div></div><div class=\"head\">Ground truth<span>brute \
-         force</span></div>",
-        escape(&pair.advice.why),
-        1 + pair.exports.len()
+        "<section class=\"pair\" id=\"pair-{index}\"><h3>{name}</h3>\n<p>{}</p>\n<div class=\"exports\">\n\
+         <figure><figcaption>Ground truth<span>brute force</span></figcaption>",
+        escape(&pair.advice.why)
     ));
-    for export in &pair.exports {
-        let part = match export.one_of {
-            1 => String::new(),
-            pixels => format!("<span>at 1 of {pixels} pixels</span>"),
-        };
+    image(page, &pictures.truth, finest, "brute force")?;
+    page.line("</figure>");
+    for (export, [picture, truth]) in pair.exports.iter().zip(&pictures.exports) {
+        let title = export.method.title();
+        let class = summary_section::mark(pair, export.method);
         page.put(format_args!(
-            "<div class=\"head\">{}<span>{:.2} · {:.2} stops</span><span>{}</span>{part}</div>",
-            export.method.title(),
+            "<figure class=\"{class}\"><figcaption>{title}<span>{:.2} stops</span><span>{}</span></figcaption>",
             export.errors.p95,
-            export.errors.p99,
             size(export.bytes)
         ));
-    }
-    page.line("\n<div class=\"side\">picture</div>");
-    image(page, &pictures.truth, "brute force")?;
-    for (export, [picture, _]) in pair.exports.iter().zip(&pictures.exports) {
-        image(page, picture, export.method.title())?;
-    }
-    for (label, amplify) in [("difference", 1.0), ("difference", report.settings.amplify)] {
-        page.put(format_args!("\n<div class=\"side\">{label}<br/>× {amplify}</div><div></div>"));
-        for (export, [picture, truth]) in pair.exports.iter().zip(&pictures.exports) {
-            let what = format!("difference of {} from brute force, times {amplify}", export.method.title());
-            image(page, &difference(picture, truth, amplify), &what)?;
+        image(page, picture, export.one_of, title)?;
+        for amplify in [1.0, report.settings.amplify] {
+            let what = format!("difference of {title} from brute force, times {amplify}");
+            image(page, &difference(picture, truth, amplify), export.one_of, &what)?;
         }
+        page.line("</figure>");
     }
-    page.line("\n</div></div>");
+    page.line("</div>");
     let degrees = if pair.for_light { "chosen for this light" } else { "given" };
     let lamps = match pair.lamps {
-        0 => "no lamps beside the coefficients".to_owned(),
-        1 => "1 lamp beside the coefficients".to_owned(),
-        lamps => format!("{lamps} lamps beside the coefficients"),
+        0 => "no lamps are kept as lights".to_owned(),
+        1 => "1 lamp is kept as a light".to_owned(),
+        lamps => format!("{lamps} lamps are kept as lights"),
     };
     page.put(format_args!(
         "<p class=\"small soft\">F = {} and P = {}, {degrees}; {lamps}.</p>\n",
         pair.f, pair.p,
     ));
+    figures(page, report, pair);
     if let Some(trade) = &pair.trade {
         trade_section::section(page, trade);
     }
@@ -250,50 +154,45 @@ fn card(
     Ok(())
 }
 
-/// The textures and sizes of each export of a pair.
-fn sizes(page: &mut Markup, report: &Report) {
-    page.line("<h2 id=\"sizes\">File sizes</h2>");
-    page.put(format_args!(
-        "<p>The sizes are for texels of RGBA half floats (8 bytes), uncompressed and without mip levels, with cube faces \
-         of {n} × {n}. The size of an SHRM grows with (P + 1)², or with P + 1 if nothing changes around the central \
-         direction; the sizes of the others do not depend on P.</p>\n",
-        n = report.settings.resolution
-    ));
-    page.line("<div class=\"scroll\"><table><thead><tr><th>Material</th><th>Environment</th>");
-    for method in Method::ALL {
+/// All figures of the exports of a pair, folded.
+fn figures(page: &mut Markup, report: &Report, pair: &PairFigures) {
+    page.line(
+        "<details><summary>All figures of these exports</summary><div class=\"scroll\"><table><thead><tr>\
+         <th>Export</th><th class=\"number\">95 %</th><th class=\"number\">99 %</th><th></th><th \
+         class=\"number\">Negative</th><th class=\"number\">RMS</th><th class=\"number\">Size</th><th>Textures</th><th \
+         class=\"number\">F, P</th><th>Pixels measured</th></tr></thead><tbody>",
+    );
+    for export in &pair.exports {
+        let errors = &export.errors;
+        let degrees = match export.method {
+            Method::Taps => "–".to_owned(),
+            Method::ReflectionMap | Method::PartMaps => export.f.to_string(),
+            _ => format!("{}, {}", export.f, export.p),
+        };
+        let pixels = if export.one_of == 1 { "all".to_owned() } else { format!("1 of {}", export.one_of) };
         page.put(format_args!(
-            "<th>{}<span class=\"size\">{}</span></th>",
-            method.title(),
-            escape(method.kind())
+            "<tr><th scope=\"row\">{}<span class=\"size\">{}</span></th><td class=\"number\">{:.2}</td><td \
+             class=\"number\">{:.2}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td \
+             class=\"number\">{}</td><td>{}</td><td class=\"number\">{degrees}</td><td>{pixels}</td></tr>\n",
+            export.method.title(),
+            escape(export.method.kind()),
+            errors.p95,
+            errors.p99,
+            word(errors, &report.settings.limits),
+            percent(errors.negative),
+            percent(errors.rms),
+            size(export.bytes),
+            escape(&export.texture)
         ));
     }
-    page.line("</tr></thead><tbody>");
-    for pair in &report.pairs {
-        page.put(format_args!(
-            "<tr><th scope=\"row\">{}</th><td>{}</td>",
-            escape(&pair.material),
-            escape(&pair.environment)
-        ));
-        for method in Method::ALL {
-            match pair.exports.iter().find(|export| export.method == method) {
-                Some(export) => page.put(format_args!(
-                    "<td>{}<span class=\"size\">{}</span></td>",
-                    size(export.bytes),
-                    escape(&export.texture)
-                )),
-                None => page.put(format_args!("<td>–</td>")),
-            }
-        }
-        page.line("</tr>");
-    }
-    page.line("</tbody></table></div>");
+    page.line("</tbody></table></div></details>");
 }
 
 /// Explains the terms that a reader may not know.
 fn terms(page: &mut Markup, report: &Report) {
     page.line(
         r#"<h2 id="terms">Terms</h2>
-<dl>
+<dl class="terms">
 <dt>Compact map</dt><dd>The light of the environment, blurred by many widths, and a table of a few look-ups, or taps, that make the reflection of a material from it. One such map serves every material. Its table has the fewest look-ups with which 95 % of the samples are within 0.1 stops and 99 % within 0.25, or the best. The strongest lights are beside it, and the renderer adds them by the material's own BRDF.</dd>
 <dt>Plain map</dt><dd>One reflection map, looked up by one direction. For a material that changes with the view it holds the mean over all views.</dd>
 <dt>Plain map of each part</dt><dd>Two such maps, which a renderer adds: that of the matte part, looked up by the normal, and that of the highlight, looked up by the reflection vector.</dd>
@@ -302,6 +201,7 @@ fn terms(page: &mut Markup, report: &Report) {
 <dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so for some pixels and measures these alone.</dd>
 <dt>SHRM with lights</dt><dd>The same without suns and lamps, which the file lists as lights (lamps = "separate"). The renderer adds them by the material's own BRDF.</dd>
 <dt>F and P</dt><dd>The degrees of the coefficients: F is the detail across the map, P the change with the view.</dd>
+<dt>Size</dt><dd>The bytes of the texels as RGBA half floats, uncompressed and without levels, and of the lights. That of an SHRM grows with (P + 1)², or with P + 1 if nothing changes around the central direction. The texels of a compact map have four bytes.</dd>
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>
 <dt>Negative</dt><dd>The share of samples below -e / 10, which a renderer shows as black. They come from rings around highlights where a series is cut.</dd>
 <dt>RMS</dt><dd>The root of the mean squared difference of radiance, divided by the root of the mean squared radiance of the truth. The brightest pixels decide it: rings and dark places hardly count.</dd>

@@ -33,9 +33,9 @@ const SLICES: usize = 16;
 /// The error in stops of 95 of 100 samples above which a ring beside a highlight shows.
 const RING: f64 = 0.1;
 
-/// The number of coefficients of a map with lamps that are fitted for one view: about half a second of one
+/// The number of coefficients of a map with lamps that are fitted for one view: about two seconds of one
 /// core.
-const FITTED: usize = 1 << 18;
+const FITTED: usize = 1 << 20;
 
 /// A material, and the lobes and coefficients that are made from it once.
 pub(crate) struct Studied<'a> {
