@@ -81,7 +81,7 @@ pub(crate) enum Command {
     },
     /// Describe a file: its shape, frame, range and recipe
     Inspect {
-        /// An exported file, an artifact in `.specula/blobs`, an image, a material, or a preset such as copper
+        /// An exported file, an artifact in `.specula/blobs`, an image, a material, or a preset
         file: PathBuf,
         /// Print JSON
         #[arg(long)]
