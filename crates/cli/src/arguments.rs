@@ -81,8 +81,7 @@ pub(crate) enum Command {
     },
     /// Describe a file: its shape, frame, range and recipe
     Inspect {
-        /// An exported file, an artifact in `.specula/blobs`, an image from elsewhere, a material file, or the
-        /// name of a preset such as copper
+        /// An exported file, an artifact in `.specula/blobs`, an image, a material, or a preset
         file: PathBuf,
         /// Print JSON
         #[arg(long)]
@@ -111,7 +110,7 @@ pub(crate) enum Command {
         /// Write the sample project, with its assets
         #[arg(long, conflicts_with = "engine")]
         sample: bool,
-        /// Write the preset materials to assets/materials too, also beside a manifest that exists
+        /// Write the preset materials to assets/materials too, even if there is a manifest
         #[arg(long, conflicts_with = "sample")]
         materials: bool,
     },
@@ -252,7 +251,7 @@ pub(crate) struct ManifestArgument {
     pub(crate) manifest: PathBuf,
 }
 
-// The options of commands that report on a manifest's results; clap would print a doc comment as help.
+// The options of commands that report results; clap would print a doc comment as help.
 #[derive(Args, Debug)]
 pub(crate) struct QueryArguments {
     #[command(flatten)]
@@ -363,8 +362,7 @@ pub(crate) struct WatchingArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct PreviewArguments {
-    /// A manifest [default: the nearest pipeline.toml]; or images, materials (files, or presets such as
-    /// copper) and meshes to look at without one
+    /// A manifest [default: the nearest pipeline.toml]; or images, materials, presets and meshes to look at
     #[arg(value_name = "MANIFEST|FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// With files: print the manifest that shows them, and open no window

@@ -24,7 +24,7 @@ fn apply(matrix: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// The colour of a reflectance, a function of the wavelength in nm, of which a perfect white has the colour 1.
+/// The colour of a reflectance, a function of the wavelength in nm; that of a perfect white is 1.
 fn seen(reflectance: impl Fn(f64) -> f64) -> [f64; 3] {
     let (mut xyz, mut white) = ([0.0; 3], [0.0; 3]);
     for row in rows(include_str!("../../../tests/data/spectra/observer.csv")) {
