@@ -1,5 +1,5 @@
-//! Babylon.js' `.env`, version 2: a prefiltered cube with all levels down to one texel, and the irradiance, as a
-//! polynomial and, for Babylon.js 8 and later, as a cube.
+//! Babylon.js' `.env`, version 2: a prefiltered cube with all levels down to one texel, and the irradiance,
+//! as a polynomial and, for Babylon.js 8 and later, as a cube.
 //!
 //! | bytes | what |
 //! | --- | --- |

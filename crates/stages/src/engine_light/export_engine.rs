@@ -32,11 +32,11 @@
 //! An engine shades a sun better as a light of its own: it casts shadows, its highlight is sharp, and no
 //! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as
 //! `subtract-lights` takes them out, before anything is made of it: light, sky and irradiance. They are in
-//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. Beside it
-//! they are a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot `-lights.tscn`,
-//! and for Blender and Unreal `-lights.usda`. The last two hold the image, too: import them, and nothing else
-//! is to be done. What remains and the lights are the whole light. Parts of one bright disk, of up to 12
-//! degrees, are one light.
+//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. Beside
+//! it they are a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot
+//! `-lights.tscn`, and for Blender and Unreal `-lights.usda`. The last two hold the image, too: import them,
+//! and nothing else is to be done. What remains and the lights are the whole light. Parts of one bright disk,
+//! of up to 12 degrees, are one light.
 //!
 //! ## Where the light comes from
 //!

@@ -1,4 +1,5 @@
-//! The suns and lamps that leave an engine's image: as JSON with code, and as a scene that the engine imports.
+//! The suns and lamps that leave an engine's image: as JSON with code, and as a scene that the engine
+//! imports.
 
 use containers::{SceneAxes, write_gltf_lights, write_tscn_lights, write_usda_lights};
 use engine::Failure;

@@ -208,7 +208,7 @@ use containers::{
     read_image_header, read_light_texture,
 };
 use engine::{
-    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, Reporter, choice, parameters,
+    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, choice, parameters,
 };
 use envmap::{BadPixels, Coverage, Environment, Fill, Image, Layout, check_faces, stack_faces};
 use sphere::{Face, LatLong, Rotation};
@@ -218,7 +218,7 @@ use super::colour_space_name::ColourSpaceName;
 use super::panorama::{FillName, Shown};
 use super::six_faces;
 use super::six_faces::{FaceFiles, FaceName};
-use super::white_balance::{GreyCard, WhiteBalance};
+use super::white_balance::{self, GreyCard, WhiteBalance};
 use crate::engines::{self, EnginePreset};
 use crate::values::{STOPS, UntilStopped, artifacts};
 
@@ -263,8 +263,8 @@ parameters! {
         exposure: f64 = 0.0,
         /// What was white: a temperature in kelvin, or a colour, [red, green, blue]; see White balance.
         white_balance: Option<WhiteBalance> = None,
-        /// Where the picture shows a grey card, [left, top, width, height] in pixels: it becomes a grey of 0.18;
-        /// see White balance.
+        /// Where the picture shows a grey card, [left, top, width, height] in pixels: it becomes a grey of
+        /// 0.18; see White balance.
         grey_card: Option<GreyCard> = None,
         /// Rows of the result, which has twice as many columns. Default: a lat-long image keeps its size, and
         /// the others keep the density of pixels at the centre of the image or face: half the rows of a
@@ -370,7 +370,13 @@ impl Kind for ImportEnvironment {
                 false => failure,
             }
         })?;
-        let factors = factors(parameters, &image, shown.coverage, reporter)?;
+        let factors = white_balance::factors(
+            parameters.white_balance,
+            parameters.grey_card,
+            &image,
+            shown.coverage,
+            reporter,
+        )?;
         let grid = parameters.resolution.map(LatLong::with_rows);
         let mut environment = match shown.coverage {
             Coverage::Whole(layout) => {
@@ -406,27 +412,6 @@ impl Kind for ImportEnvironment {
             .ok_or_else(|| infinite(format!("exposure {}", parameters.exposure)))?;
         Output::artifact(artifacts::Environment(environment))
     }
-}
-
-/// The factors of red, green and blue by which the light is multiplied before it is exposed.
-fn factors(
-    parameters: &Parameters,
-    image: &Image,
-    coverage: Coverage,
-    reporter: &Reporter,
-) -> Result<Option<[f64; 3]>, Failure> {
-    let factors = match parameters.grey_card {
-        Some(_) if matches!(coverage, Coverage::Whole(Layout::Cube)) => {
-            return Err(Failure::new("grey-card: the source is a cube, not one picture")
-                .help("measure the colour of the card, and give it as white-balance"));
-        }
-        Some(card) => Some(card.factors(image)?),
-        None => parameters.white_balance.and_then(WhiteBalance::factors),
-    };
-    if let Some([red, green, blue]) = factors {
-        reporter.note(format!("red, green and blue are multiplied by {red:.3}, {green:.3} and {blue:.3}"));
-    }
-    Ok(factors)
 }
 
 /// The pictures of a source.

@@ -1,13 +1,39 @@
 //! White balance in manifests: a temperature, a colour that was white, or a grey card in the picture.
 
-use engine::{Diagnostic, Failure, Parameter, Range, Ranged, Value, ValueKind, unexpected};
-use envmap::{Image, temperature_colour, white_balance};
+use engine::{Diagnostic, Failure, Parameter, Range, Ranged, Reporter, Value, ValueKind, unexpected};
+use envmap::{Coverage, Image, Layout, temperature_colour, white_balance};
 use serde_json::json;
 
 use crate::values::Rgb;
 
 /// The reflectance of a grey card, and what its pixels are after it was exposed for.
 const GREY: f64 = 0.18;
+
+/// The factors of red, green and blue by which the light of a picture is multiplied before it is exposed,
+/// with a note that says them.
+///
+/// # Errors
+/// Those of [`GreyCard::factors`], or if the source of a card is a cube.
+pub(crate) fn factors(
+    white: Option<WhiteBalance>,
+    card: Option<GreyCard>,
+    image: &Image,
+    coverage: Coverage,
+    reporter: &Reporter,
+) -> Result<Option<[f64; 3]>, Failure> {
+    let factors = match card {
+        Some(_) if matches!(coverage, Coverage::Whole(Layout::Cube)) => {
+            return Err(Failure::new("grey-card: the source is a cube, not one picture")
+                .help("measure the colour of the card, and give it as white-balance"));
+        }
+        Some(card) => Some(card.factors(image)?),
+        None => white.and_then(WhiteBalance::factors),
+    };
+    if let Some([red, green, blue]) = factors {
+        reporter.note(format!("red, green and blue are multiplied by {red:.3}, {green:.3} and {blue:.3}"));
+    }
+    Ok(factors)
+}
 
 /// What was white in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +46,7 @@ pub(crate) enum WhiteBalance {
 
 impl WhiteBalance {
     /// The factors of red, green and blue.
-    pub(crate) fn factors(self) -> Option<[f64; 3]> {
+    fn factors(self) -> Option<[f64; 3]> {
         white_balance(match self {
             Self::Temperature(kelvin) => temperature_colour(kelvin),
             Self::Colour(colour) => colour.0,
@@ -58,8 +84,8 @@ impl Parameter for WhiteBalance {
     }
 }
 
-/// Where a grey card is in a picture: the column of its left edge, the row of its upper one, its width and its
-/// height, in pixels.
+/// Where a grey card is in a picture: the column of its left edge, the row of its upper one, its width and
+/// its height, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct GreyCard([usize; 4]);
 
@@ -68,7 +94,7 @@ impl GreyCard {
     ///
     /// # Errors
     /// If the card is not within the picture, or is black in a channel.
-    pub(crate) fn factors(self, image: &Image) -> Result<[f64; 3], Failure> {
+    fn factors(self, image: &Image) -> Result<[f64; 3], Failure> {
         let [left, top, width, height] = self.0;
         let [columns, rows] = [image.width(), image.height()];
         let within =
