@@ -63,8 +63,11 @@ fn init_writes_a_manifest_for_what_is_in_a_folder() {
 
 #[test]
 fn presets_are_inspected_by_name_and_written_as_files() {
-    let project = Project::new("");
-    fs::remove_file(project.path("pipeline.toml")).unwrap();
+    let project = Project::assets_alone();
+    for folder in ["finishes", "materials", "brushed"] {
+        fs::remove_dir_all(project.path("assets").join(folder)).unwrap();
+    }
+    fs::remove_file(project.path("assets/white.toml")).unwrap();
     let text = project.ok(&["inspect", "copper"]).stdout;
     assert!(
         text.starts_with("material      copper: a satin metal that reflects 0.932 0.623 0.522 "),
@@ -301,8 +304,9 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
 fn init_writes_the_materials_of_meshes() {
     let project = Project::assets_alone();
     for folder in ["meshes", "finishes", "materials", "lights", "brushed"] {
-        let _ = fs::remove_dir_all(project.path("assets").join(folder));
+        fs::remove_dir_all(project.path("assets").join(folder)).unwrap();
     }
+    fs::remove_file(project.path("assets/white.toml")).unwrap();
     let asset = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
         "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 1 }] }],
         "materials": [{ "name": "Red/paint", "pbrMetallicRoughness": { "baseColorFactor": [0.25, 0.5, 1, 1],

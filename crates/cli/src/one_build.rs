@@ -32,8 +32,8 @@ pub(crate) fn build(
     let plan = Plan::load(&manifest, kinds).map_err(|diagnostics| {
         // The options are the parameters: whoever typed them knows no manifest.
         let mut errors = diagnostics.shown().iter().map(|diagnostic| {
-            let parts = [Some(&diagnostic.message), diagnostic.expected.as_ref()];
-            let chain: Vec<String> = parts.into_iter().flatten().cloned().collect();
+            let message = as_option(&diagnostic.message, options);
+            let chain: Vec<String> = [message].into_iter().chain(diagnostic.expected.clone()).collect();
             CommandError::usage(chain).with_help(diagnostic.help.as_deref())
         });
         let last = errors.next_back();
@@ -73,6 +73,17 @@ pub(crate) struct StageOption {
     pub(crate) stage: &'static str,
     pub(crate) parameter: &'static str,
     pub(crate) option: &'static str,
+}
+
+/// A message about a parameter, `fill: ...`, about the option that gives it. A parameter of several stages has
+/// one option.
+fn as_option(message: &str, options: &[StageOption]) -> String {
+    let named = message.split_once(": ");
+    let option = |name: &str| options.iter().find(|option| option.parameter == name);
+    match named.and_then(|(name, rest)| Some((option(name)?.option, rest))) {
+        Some((option, rest)) => format!("{option}: {rest}"),
+        None => message.to_owned(),
+    }
 }
 
 /// The event of an item, its texts in the words of the command line.

@@ -1,5 +1,5 @@
-//! The toolbar above the picture: modes, background, exposure and tone curve, in one row. What has no room in a
-//! narrow window is in a menu.
+//! The toolbar above the picture: modes, background, exposure and tone curve, in one row. What has no room in
+//! a narrow window is in a menu.
 
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{Align, Button, ComboBox, Layout, PopupCloseBehavior, Slider, TextWrapMode, Ui};
@@ -179,8 +179,8 @@ fn choose_named<T: Named>(ui: &mut Ui, name: &str, place: Place, now: T) -> Opti
     choose(ui, name, place, T::ALL, now, T::name, |_| None)
 }
 
-/// A drop-down list, or in the menu a menu of its own. What is missing for a value makes it grey. Returns a new
-/// choice.
+/// A drop-down list, or in the menu a menu of its own. What is missing for a value makes it grey. Returns a
+/// new choice.
 fn choose<T: Copy + PartialEq>(
     ui: &mut Ui,
     name: &str,

@@ -185,7 +185,7 @@ impl Kind for ExportEngine {
         let mut files = parameters.preset.names(parameters.format(), ENGINE_FILE_STEM);
         files.extend(parameters.skybox().map(|skybox| format!("/{ENGINE_FILE_STEM}{}", skybox.ending)));
         if parameters.sun == Sun::Light {
-            let endings = parameters.preset.light_endings();
+            let endings = parameters.preset.lights.endings();
             files.extend(endings.map(|ending| format!("/{ENGINE_FILE_STEM}{ending}")));
         }
         files.extend(["/README.txt".into(), "/bounds.json".into()]);
@@ -290,10 +290,10 @@ impl Kind for ExportEngine {
         let lights = match parameters.sun {
             Sun::Image => Vec::new(),
             Sun::Light => {
-                text = format!("{text}\n{}", preset.lights_text(ENGINE_FILE_STEM));
+                text = format!("{text}\n{}", preset.lights.text(ENGINE_FILE_STEM));
                 let names = preset.names(format, ENGINE_FILE_STEM);
                 let image = names.first().map_or("", |name| name.trim_start_matches('/'));
-                preset.light_files(&suns, image, context.recipe())?
+                preset.lights.files(preset.name, |d| preset.world(d), &suns, image, context.recipe())?
             }
         };
         let bounds = bounds(target, &made, levels, sky.as_ref(), context.recipe())?;

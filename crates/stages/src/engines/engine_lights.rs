@@ -7,8 +7,6 @@ use serde_json::{Value, json};
 use sh::Light;
 use sphere::{DVec3, to_file};
 
-use super::definition::Engine;
-
 /// What follows the stem in the name of the file of lights beside an image.
 const JSON: &str = "-lights.json";
 
@@ -59,31 +57,33 @@ impl LightScene {
     }
 }
 
-impl Engine {
-    /// What follows the stem in the names of the files of lights.
-    pub(crate) fn light_endings(&self) -> [&'static str; 2] {
-        [JSON, self.lights.scene.ending()]
+impl EngineLights {
+    /// What follows the stem in the names of the files.
+    pub(crate) fn endings(&self) -> [&'static str; 2] {
+        [JSON, self.scene.ending()]
     }
 
-    /// The text beside the files of lights with this stem.
-    pub(crate) fn lights_text(&self, stem: &str) -> String {
-        let EngineLights { readme, scene, .. } = self.lights;
+    /// The text beside the files with this stem.
+    pub(crate) fn text(&self, stem: &str) -> String {
+        let Self { readme, scene, .. } = self;
         format!("{}\n{stem}{} {}.\n", readme(&format!("{stem}{JSON}")), scene.ending(), scene.content())
     }
 
-    /// The files of lights, whose image has this name.
-    pub(crate) fn light_files(
+    /// The files, for the engine of this name, whose image is called so. `world` takes a direction from the
+    /// frame of files to the engine's world.
+    pub(crate) fn files(
         &self,
+        engine: &str,
+        world: impl Fn(DVec3) -> DVec3,
         lights: &[Light],
         image: &str,
         recipe: &str,
     ) -> Result<Vec<Vec<u8>>, Failure> {
-        let EngineLights { scene, imported_from, .. } = self.lights;
         // The frame of files has the left of an image along +X and its centre along +Z.
-        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| imported_from(self.world(axis)));
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (self.imported_from)(world(axis)));
         let axes = SceneAxes::from_cols(x, y, z);
         let recipe_text = Some(recipe);
-        let scene = match scene {
+        let scene = match self.scene {
             LightScene::Gltf => write_gltf_lights(lights, axes, recipe_text)?,
             LightScene::Usd { intensity, angle } => {
                 let lights: Vec<_> = lights
@@ -98,19 +98,24 @@ impl Engine {
             }
             LightScene::Godot => write_tscn_lights(lights, axes, image, recipe_text)?,
         };
-        Ok(vec![lights_json(self, lights, recipe)?, scene])
+        Ok(vec![lights_json(engine, world, lights, recipe)?, scene])
     }
 }
 
 /// Lights in an engine's world, as JSON: `lights`, the strongest first, each with its `name`, the `direction`
 /// toward it, its `colour`, linear with a largest channel of 1, its `intensity`, the irradiance of a surface
 /// that faces it in the unit of the image times steradians, and its `angular_diameter` in degrees.
-fn lights_json(engine: &Engine, lights: &[Light], recipe: &str) -> Result<Vec<u8>, Failure> {
+fn lights_json(
+    engine: &str,
+    world: impl Fn(DVec3) -> DVec3,
+    lights: &[Light],
+    recipe: &str,
+) -> Result<Vec<u8>, Failure> {
     let light = |(index, light): (usize, &Light)| {
         let intensity = light.irradiance.into_iter().fold(f64::MIN_POSITIVE, f64::max);
         json!({
             "name": format!("light {}", index + 1),
-            "direction": engine.world(to_file(light.direction.vector())).to_array(),
+            "direction": world(to_file(light.direction.vector())).to_array(),
             "colour": light.irradiance.map(|value| value / intensity),
             "intensity": intensity,
             "angular_diameter": 2.0 * light.radius.to_degrees(),
@@ -118,6 +123,6 @@ fn lights_json(engine: &Engine, lights: &[Light], recipe: &str) -> Result<Vec<u8
     };
     let recipe: Value = serde_json::from_str(recipe)?;
     let lights: Vec<Value> = lights.iter().enumerate().map(light).collect();
-    let document = json!({ "engine": engine.name, "lights": lights, "specula": recipe });
+    let document = json!({ "engine": engine, "lights": lights, "specula": recipe });
     Ok((serde_json::to_string_pretty(&document)? + "\n").into_bytes())
 }

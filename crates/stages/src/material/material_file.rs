@@ -11,13 +11,16 @@ use std::sync::Arc;
 
 use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
 use containers::measured::{self, MeasuredFormat, Reading};
-use containers::{GltfMaterial, MaterialChoice, check_gltf_material, read_gltf_material};
+use containers::{
+    GltfMaterial, MaterialChoice, MaterialxMaterial, check_gltf_material, read_gltf_material,
+    read_materialx_material,
+};
 use engine::{
     Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
     ValueKind, nearest, unexpected, unknown_keys,
 };
 
-use super::materialx_file::{is_materialx_file, read_materialx};
+use super::materialx_file::is_materialx_file;
 use super::presets::{self, Preset};
 use crate::values::ChosenMaterial;
 
@@ -112,6 +115,12 @@ fn read_with(
         }
         _ => Err(failure(&document.diagnostics(reader.errors))),
     }
+}
+
+/// The material of a MaterialX file, `choice` if there are several.
+fn read_materialx(bytes: &[u8], choice: Option<&MaterialChoice>) -> Result<MaterialFile, Failure> {
+    let MaterialxMaterial { material, warnings } = read_materialx_material(bytes, choice)?;
+    Ok(MaterialFile { material: Material::Standard(material), notes: Vec::new(), warnings })
 }
 
 /// Opens a file. Relative paths start at the material file's folder.

@@ -1,9 +1,9 @@
-//! What Bevy shows of the files that `export-engine` and `test-pattern` write for it: the sky, the mirror level, the
-//! level of each roughness, and a matte surface, read back from the renderer without a window.
+//! What Bevy shows of the files that `export-engine` and `test-pattern` write for it: the sky, the mirror
+//! level, the level of each roughness, and a matte surface, read back from the renderer without a window.
 //!
 //! run.sh beside this crate makes the files and calls it with their folder: `pattern`, the patterns of
-//! `test-pattern`, and `sky`, pattern-orient as `convert --engine bevy` writes it. It ends with 1 if something is farther
-//! from what is expected than halves and the filter of a small cube explain.
+//! `test-pattern`, and `sky`, pattern-orient as `convert --engine bevy` writes it. It ends with 1 if
+//! something is farther from what is expected than halves and the filter of a small cube explain.
 
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex};
@@ -149,14 +149,14 @@ impl Stage {
     }
 }
 
-/// What pattern-orient holds in a direction of Bevy's world, in which the centre of a lat-long image lies along +X.
-/// A lobe keeps a share of the part that depends on the direction.
+/// What pattern-orient holds in a direction of Bevy's world, in which the centre of a lat-long image lies
+/// along +X. A lobe keeps a share of the part that depends on the direction.
 fn orient(d: Vec3, kept: f32) -> Vec3 {
     Vec3::splat(2.0) + 1.5 * kept * Vec3::new(-d.z, d.y, d.x)
 }
 
-/// The share of a linear function of direction that the GGX lobe of a level keeps, with N = V = R: the mean of the
-/// cosine of light that half vectors of density D(h) h.n reflect, weighted by the cosine.
+/// The share of a linear function of direction that the GGX lobe of a level keeps, with N = V = R: the mean
+/// of the cosine of light that half vectors of density D(h) h.n reflect, weighted by the cosine.
 fn kept_by_ggx(roughness: f32) -> f32 {
     const STEPS: usize = 100_000;
     let alpha2 = f64::from(roughness).powi(4);

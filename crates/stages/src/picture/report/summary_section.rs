@@ -35,8 +35,8 @@ pub(crate) fn section(page: &mut Markup, title: &str, report: &Report) {
     table(page, report);
 }
 
-/// The export to use, its size under an environment, and how far it is off, such as: lacquer: use the SHRM with 4 lights, 0.9 MB;
-/// within 0.11 stops under studio and sunrise.
+/// The export to use, its size under an environment, and how far it is off, such as: lacquer: use the SHRM
+/// with 4 lights, 0.9 MB; within 0.11 stops under studio and sunrise.
 fn sentence(material: &MaterialFigures, pairs: &[&PairFigures]) -> String {
     let advice = &material.advice;
     let exports: Vec<_> = pairs.iter().filter_map(|pair| advised(pair, advice.method)).collect();
