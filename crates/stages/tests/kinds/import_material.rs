@@ -281,7 +281,7 @@ fn presets_are_materials_and_their_keys_can_be_replaced() {
     assert_eq!(base(&copper), ([0.932, 0.623, 0.522], 1.0, 0.3));
     assert_eq!(base(&preset("roughness = 0.6\nmaterial = \"copper\"")), ([0.932, 0.623, 0.522], 1.0, 0.6));
     let Model::Layers(layers) = preset("layers = [{ material = \"copper\" }]") else { panic!("no layers") };
-    assert_eq!(layers, [copper.clone()]);
+    assert_eq!(layers, std::slice::from_ref(&copper));
     // A stage needs no file for one.
     let stage = case("import-material", "material = \"copper\"");
     assert_eq!(stage.artifact::<Material>().0, copper);
