@@ -142,7 +142,7 @@ fn errors_of_the_system_are_data_too() {
     let lock = File::options().write(true).open(project.path(".specula/lock")).unwrap();
     lock.lock().unwrap();
     let run = project.specula(&["build", "--json", "--wait=0"]).ends(4, []);
-    assert!(error_of(&run, &["build"])["error"][0].as_str().unwrap().contains("at work"), "{run:?}");
+    assert!(error_of(&run, &["build"])["error"][0].as_str().unwrap().contains("already running"), "{run:?}");
     drop(lock);
 
     project.write("taken", "a file, not a folder");
