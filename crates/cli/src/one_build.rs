@@ -75,8 +75,8 @@ pub(crate) struct StageOption {
     pub(crate) option: &'static str,
 }
 
-/// A message about a parameter, `fill: ...`, about the option that gives it. A parameter of several stages has
-/// one option.
+/// A message about a parameter, `fill: ...`, about the option that gives it. A parameter of several stages
+/// has one option.
 fn as_option(message: &str, options: &[StageOption]) -> String {
     let named = message.split_once(": ");
     let option = |name: &str| options.iter().find(|option| option.parameter == name);
