@@ -409,7 +409,7 @@ fn a_user_opens_turns_edits_saves_closes_and_opens_again() {
 
 /// The slider of `ior`, the fourth parameter of `standard`, near its ends: in a window of 960 x 640 points
 /// without lists.
-const IOR: [[usize; 2]; 2] = [[868, 243], [936, 243]];
+const IOR: [[usize; 2]; 2] = [[868, 219], [936, 219]];
 
 /// A material that is bright or dark by its index of refraction alone.
 const GLASS: &str = "# Black glass.\nmodel = \"standard\"\nbase_color = 0.01   # nearly black\nroughness = 0.5\nior = 1.4 # dark\n";
