@@ -8,7 +8,7 @@ use containers::MaterialChoice;
 use engine::Failure;
 
 /// How many material files are written at most; an asset of a game may have hundreds.
-const MOST: usize = 32;
+const MATERIAL_LIMIT: usize = 32;
 
 /// Material files for glTF files.
 #[derive(Debug, Default, PartialEq)]
@@ -40,7 +40,7 @@ impl GltfMaterials {
                 };
                 if let Err(failure) = check(mesh, &choice) {
                     materials.left_out.push((mesh.clone(), format!("its material {name}: {failure}")));
-                } else if materials.files.len() == MOST {
+                } else if materials.files.len() == MATERIAL_LIMIT {
                     more += 1;
                 } else {
                     let stem = mesh.file_stem().unwrap_or_default().to_string_lossy();
@@ -51,7 +51,7 @@ impl GltfMaterials {
                 }
             }
             if more > 0 {
-                let reason = format!("{more} of its materials: {MOST} files are written at most");
+                let reason = format!("{more} of its materials: {MATERIAL_LIMIT} files are written at most");
                 materials.left_out.push((mesh.clone(), reason));
                 more = 0;
             }

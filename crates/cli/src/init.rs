@@ -37,7 +37,7 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
     if materials {
         let text = |preset: &Preset| format!("{MATERIAL_SCHEMA}{}", preset.text).into_bytes();
         let files =
-            PRESETS.iter().map(|preset| (format!("assets/materials/{}.toml", preset.name), text(preset)));
+            PRESETS.iter().map(|preset| (format!("{MATERIAL_FOLDER}/{}.toml", preset.name), text(preset)));
         let [_, (schema, subject)] = SCHEMAS;
         let schema = (schema.to_owned(), schema::text(subject, kinds).into_bytes());
         // A new manifest brings the schema with it.

@@ -1,15 +1,14 @@
 //! What a preview shows: a manifest, or a project of files, which is a manifest for them in the user's cache.
 //!
-//! The same files have the same project, so that what was made for them once is there the next time. If no
-//! material is named, those of the glTF meshes are shown. Light or materials of the sample stand in for those
-//! that are then missing.
+//! The folder of a project follows from its files, so that a second preview of them finds what the first
+//! made. If no material is named, those of the glTF meshes are shown. Light or materials of the sample stand
+//! in for those that are then missing.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use engine::Digest;
-use stages::Preset;
 
 use crate::arguments::MANIFEST;
 use crate::assets::{self, Assets, Environments};
@@ -46,7 +45,7 @@ impl Project {
         };
         let cache = cache_folder();
         let absolute = files.iter().map(|file| match assets::preset(file) {
-            Some(preset) => preset_file(preset, &cache),
+            Some(preset) => written(cache.join("presets"), &format!("{}.toml", preset.name), preset.text),
             // A word that is no path is named as it was written, for the error.
             None if !file.exists() => Ok(file.clone()),
             None => std::path::absolute(file),
@@ -68,12 +67,7 @@ impl Project {
         if assets.materials.is_empty() {
             let of_meshes = GltfMaterials::of(&assets.meshes, |mesh| mesh.to_string_lossy().into_owned());
             for (name, text) in of_meshes.files {
-                let path = folder.join(MATERIALS).join(name);
-                fs::create_dir_all(folder.join(MATERIALS))?;
-                if fs::read(&path).ok().as_deref() != Some(text.as_bytes()) {
-                    engine::replace_file(&path, text.as_bytes())?;
-                }
-                assets.materials.push(path);
+                assets.materials.push(written(folder.join(MATERIALS), &name, &text)?);
             }
         }
         for (list, of) in [(&mut assets.environments, ENVIRONMENTS), (&mut assets.materials, MATERIALS)] {
@@ -95,13 +89,12 @@ impl Project {
     }
 }
 
-/// The material file of a preset in the folder for projects of files, as the program carries it.
-fn preset_file(preset: &Preset, cache: &Path) -> io::Result<PathBuf> {
-    let folder = cache.join("presets");
-    let file = folder.join(preset.name).with_extension("toml");
-    fs::create_dir_all(&folder)?;
-    if fs::read(&file).ok().as_deref() != Some(preset.text.as_bytes()) {
-        engine::replace_file(&file, preset.text.as_bytes())?;
+/// A material file with this text in a folder of ours. A file that has the text already is left as it is.
+fn written(folder: PathBuf, name: &str, text: &str) -> io::Result<PathBuf> {
+    let file = folder.join(name);
+    fs::create_dir_all(folder)?;
+    if fs::read(&file).ok().as_deref() != Some(text.as_bytes()) {
+        engine::replace_file(&file, text.as_bytes())?;
     }
     Ok(file)
 }

@@ -230,7 +230,7 @@ fn vertices_that_are_several_get_the_mean() {
     let start = view["byteOffset"].as_u64().unwrap() as usize;
     // Corners 0, 1, 2 and 0, 2, 3 of the square are our 0 to 5.
     assert_eq!(numbers[start..start + 16], floats(&[1.5, 1.0, 3.0, 5.0]));
-    // The same numbers are no loss.
+    // Corners with equal numbers lose nothing by their mean.
     let same = VertexAttribute { name: "_SAME".into(), width: 2, values: [0.1, -7.0].repeat(6) };
     assert_eq!(written(&file, &Beside::new(), &[same]).warnings, Vec::<String>::new());
 }

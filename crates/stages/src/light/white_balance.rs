@@ -13,7 +13,7 @@ const GREY: f64 = 0.18;
 /// with a note that says them.
 ///
 /// # Errors
-/// Those of [`GreyCard::factors`], or if the source of a card is a cube.
+/// The errors of [`GreyCard::factors`], and a card in a source that is a cube.
 pub(crate) fn factors(
     white: Option<WhiteBalance>,
     card: Option<GreyCard>,

@@ -6,7 +6,7 @@ fn standard(inputs: &str) -> String {
     format!("<?xml version=\"1.0\"?><materialx version=\"1.39\">\n{shader}\n{}", of("S"))
 }
 
-/// The same of an `open_pbr_surface`.
+/// A file of one `open_pbr_surface` with these inputs, from line 3 on.
 fn open_pbr(inputs: &str) -> String {
     standard(inputs).replace("standard_surface", "open_pbr_surface")
 }
