@@ -25,6 +25,10 @@ const NO_TABLE: &str = "no BRDF table";
 const NO_TRANSFER: &str = "no transfer of this mesh";
 const NO_TAPS: &str = "no scale space or no taps";
 
+/// What a light alone lacks.
+const NO_MATERIAL: &str = "no material in this pipeline";
+const NO_CUBE: &str = "no cube with levels is exported";
+
 pub(crate) fn inspector(ui: &mut Ui, state: &State, error_meter: &ErrorMeter, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let Some(shown) = &state.shown else {
@@ -92,7 +96,9 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
             ),
             (
                 "degree P",
-                known(&|statistics| statistics.p.map_or_else(|| NO_MAPS.to_owned(), |p| p.to_string())),
+                known(&|statistics| {
+                    statistics.p.map_or_else(|| no_maps(statistics).to_owned(), |p| p.to_string())
+                }),
             ),
             (
                 "lamps kept as lights",
@@ -104,16 +110,28 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
             ("looked up by", known(&|statistics| statistics.centre.to_owned())),
         ],
     );
+    let levels = shown.scene.objects.iter().filter_map(|object| object.look.prefiltered_cube());
+    let levels: Vec<String> = levels.map(|(_, level)| format!("{level:.2}")).collect();
+    if !levels.is_empty() {
+        explain(ui, &format!("from left to right, read at level {}", levels.join(", ")));
+    }
 }
 
 /// The value of a property that only a reflection has.
 fn unknown(statistics: &SceneStatistics) -> &'static str {
-    if statistics.p.is_some() { "unknown for a map" } else { NO_MAPS }
+    if statistics.p.is_some() { "unknown for a map" } else { no_maps(statistics) }
+}
+
+/// Why a property of maps is not known.
+fn no_maps(statistics: &SceneStatistics) -> &'static str {
+    if statistics.shows_light { NO_MATERIAL } else { NO_MAPS }
 }
 
 /// What a scene lacks for a mode; `None` if it has everything.
 pub(crate) fn missing(scene: &Scene, mode: Mode) -> Option<&'static str> {
     let lacks = match mode {
+        Mode::Prefiltered if scene.shows_light() => NO_CUBE,
+        _ if scene.shows_light() => NO_MATERIAL,
         Mode::Table => NO_TABLE,
         Mode::Transfer => NO_TRANSFER,
         Mode::Taps => NO_TAPS,
@@ -159,7 +177,7 @@ fn energies(ui: &mut Ui, statistics: Option<&SceneStatistics>) {
                 "light captured (degree up to F)",
                 known(&|statistics| match statistics.p {
                     Some(_) => numbers::percent(statistics.captured()),
-                    None => NO_MAPS.to_owned(),
+                    None => no_maps(statistics).to_owned(),
                 }),
             ),
             (

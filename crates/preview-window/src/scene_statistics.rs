@@ -12,6 +12,8 @@ pub(crate) struct SceneStatistics {
     pub(crate) triangles: usize,
     pub(crate) objects: usize,
     pub(crate) centre: &'static str,
+    /// Whether there is no material, but white metal that shows the light.
+    pub(crate) shows_light: bool,
     /// The lighting's degree in the reflection; an imported map does not say.
     pub(crate) f: Option<usize>,
     /// The view's degree; `None` without maps.
@@ -59,6 +61,7 @@ impl SceneStatistics {
                 Centre::Normal => "normal",
                 Centre::Tangent => "tangent",
             },
+            shows_light: scene.shows_light(),
             f: reflection.map(|reflection| reflection.lighting().degree().get()),
             p,
             environment: [grid.height, grid.width],
@@ -102,6 +105,11 @@ fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
             (format!("Kautz-McCool, cube {edge}, {} slices", sizes.slices), sizes.slices as u64 * face),
             (format!("prefiltered, cube {edge}"), face),
         ];
+    }
+    if let Some((cube, _)) = look.prefiltered_cube() {
+        let levels = cube.levels();
+        let name = format!("prefiltered, cube {}, {} levels", levels[0].cube().edge, levels.len());
+        maps.push((name, levels.iter().map(|level| level.cube().len() as u64 * texel).sum()));
     }
     if let Some(table) = look.table() {
         let (degree, views) = (table.degree().get(), table.size());
@@ -197,6 +205,14 @@ mod tests {
         assert_eq!(statistics.triangles, SceneStatistics::of(&testkit::scene()).triangles);
         let names = statistics.maps.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>();
         assert_eq!(names, ["irradiance, 9 rows", "environment, 32 x 16"]);
+    }
+
+    #[test]
+    fn a_light_alone_has_the_cube_of_an_engine() {
+        let statistics = SceneStatistics::of(&testkit::light_alone());
+        assert!(statistics.shows_light && statistics.p.is_none());
+        assert_eq!(statistics.objects, 2);
+        assert_eq!(statistics.maps[0], ("prefiltered, cube 2, 2 levels".into(), (24 + 6) * 12));
     }
 
     #[test]

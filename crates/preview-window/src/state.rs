@@ -421,6 +421,10 @@ impl State {
                 "the samples alone: there is no difference from a diagram"
             }
             true => "brute force until the material is saved and its maps are made",
+            false if is_missing(Mode::Prefiltered) && scene.shows_light() => {
+                "brute force: no cube with levels is exported"
+            }
+            false if scene.shows_light() => "brute force: there is no material in this pipeline",
             false if is_missing(Mode::Table) => "brute force: there is no BRDF table of this material",
             false if is_missing(Mode::Transfer) && scene.offers(Mode::Table) => {
                 "brute force: there is no transfer of this mesh"

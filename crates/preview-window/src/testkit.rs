@@ -3,12 +3,15 @@
 use std::sync::Arc;
 
 use brdf::{Choice, Lambert, MODELS, Material, Value, Values, project};
-use envmap::Environment;
+use envmap::{CubeMap, Environment};
 use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
-use sphere::{Direction, LatLong};
+use sphere::{Cube, Direction, LatLong};
 
-use preview::{CompactMap, CompactTaps, FormField, FormSection, Light, Look, MapSizes, MaterialForm, Scene};
+use preview::{
+    CompactMap, CompactTaps, FormField, FormSection, Light, Look, MapSizes, MaterialForm, PrefilteredCube,
+    Scene,
+};
 use taps::{ScaleSpace, Widths, fit};
 
 /// A white diffuse sphere under a sky that is brighter above.
@@ -35,6 +38,18 @@ pub(crate) fn without_maps() -> Scene {
     let material = object.look.material().unwrap().clone();
     let look = Look::without_maps(Arc::clone(&scene.light), material, object.look.sizes());
     Scene::of(Arc::clone(&object.mesh), Arc::new(look))
+}
+
+/// The light of [`scene`] alone, with a cube of two levels, which the second of two spheres reads between.
+pub(crate) fn light_alone() -> Scene {
+    let scene = scene();
+    let level = |edge: usize| CubeMap::new(Cube { edge }, vec![[1.5; 3]; 6 * edge * edge]).unwrap();
+    let cube = Arc::new(PrefilteredCube::new([2, 1].map(level).into()).unwrap());
+    let look = |roughness| {
+        let cube = Some((Arc::clone(&cube), roughness));
+        Arc::new(Look::of_white_metal(Arc::clone(&scene.light), roughness, cube).unwrap())
+    };
+    Scene::row(Arc::clone(&scene.light), &scene.objects[0].mesh, &[0.0, 0.5].map(look))
 }
 
 /// The scene of [`scene`] with the taps of its material and the scale space of its light.

@@ -7,13 +7,33 @@
 use glam::{DMat4, DVec3};
 use sphere::Direction;
 
-/// The ball that a camera frames.
+/// The ball that a camera frames, or the part of one between two heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Framing {
     /// The centre of the ball, in the world.
     pub centre: DVec3,
     /// The radius of the ball, above 0.
     pub radius: f64,
+    /// Half the height of what is framed, above 0: the radius, unless it is something low and wide.
+    pub height: f64,
+}
+
+impl Framing {
+    /// The framing of a whole ball.
+    pub fn ball(centre: DVec3, radius: f64) -> Self {
+        Self { centre, radius, height: radius }
+    }
+
+    /// The smaller ball that a camera frames in a picture of this size: in a wide picture, something low and
+    /// wide may reach past the ball's sides.
+    pub(crate) fn within(self, size: [u32; 2]) -> Self {
+        /// The least share of the radius: it keeps the camera outside.
+        const LEAST: f64 = 0.45;
+        let [width, height] = size.map(|side| f64::from(side.max(1)));
+        let shorter = width.min(height);
+        let wide = self.radius * (shorter / width).max(LEAST);
+        Self::ball(self.centre, wide.max(self.height * (shorter / height)))
+    }
 }
 
 /// A camera that orbits a ball. Angles in radians.
@@ -96,7 +116,7 @@ mod tests {
     use super::*;
 
     fn camera() -> Camera {
-        let framing = Framing { centre: DVec3::new(0.3, -0.2, 1.0), radius: 0.7 };
+        let framing = Framing::ball(DVec3::new(0.3, -0.2, 1.0), 0.7);
         Camera { yaw: 0.8, pitch: 0.3, ..Camera::new(framing) }
     }
 
@@ -128,9 +148,25 @@ mod tests {
         }
     }
 
+    /// A ball stays as it is in a picture of any shape. A row of five is as wide as a wide picture.
+    #[test]
+    fn a_row_fills_a_wide_picture() {
+        let ball = Framing::ball(DVec3::ZERO, 0.7);
+        for size in [[640, 360], [360, 640], [100, 100]] {
+            assert_eq!(ball.within(size), ball, "{size:?}");
+        }
+        let row = Framing { centre: DVec3::ZERO, radius: 5.4, height: 1.0 };
+        assert!((row.within([1600, 900]).radius - 5.4 * 9.0 / 16.0).abs() < 1e-12);
+        assert_eq!(row.within([300, 300]).radius, 5.4);
+        assert_eq!(row.within([300, 600]).radius, 5.4);
+        assert_eq!(row.within([9000, 300]).radius, 0.45 * 5.4);
+        let camera = Camera::new(row.within([9000, 300]));
+        assert!(camera.distance() > 5.4, "the camera is outside, wherever it turns");
+    }
+
     #[test]
     fn at_rest_it_looks_along_minus_x_with_z_up() {
-        let camera = Camera { pitch: 0.0, ..Camera::new(Framing { centre: DVec3::ZERO, radius: 1.0 }) };
+        let camera = Camera { pitch: 0.0, ..Camera::new(Framing::ball(DVec3::ZERO, 1.0)) };
         let [right, up, forward] = camera.axes();
         assert!((forward + DVec3::X).length() < 1e-15 && (up - DVec3::Z).length() < 1e-15);
         assert!((right - DVec3::Y).length() < 1e-15);

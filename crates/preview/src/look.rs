@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use brdf::{BrdfTable, Centre, Material};
+use brdf::{BrdfTable, Centre, Material, Standard, StandardParameters};
 use sh::{Degree, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
 
-use crate::{CompactMap, Light, RenderError};
+use crate::{CompactMap, Light, PrefilteredCube, RenderError};
 
 /// The sizes of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +43,10 @@ pub struct Look {
     material: Option<Material>,
     table: Option<Arc<BrdfTable>>,
     compact_map: Option<Arc<CompactMap>>,
+    /// The cube that an engine lights the surface with, and the level that it reads.
+    prefiltered_cube: Option<(Arc<PrefilteredCube>, f64)>,
+    /// Whether the look shows a light, and no material of anybody's.
+    shows_light: bool,
     sizes: MapSizes,
     /// Whether the SHRMs hold the lamps.
     holds_lamps: bool,
@@ -82,6 +86,22 @@ impl Look {
         Self::of(light, None, material, sizes)
     }
 
+    /// The look of a light alone: a white metal of some roughness, which loses no light, shows it. With a
+    /// cube of an engine and the level that it reads for that roughness, [`crate::Mode::Prefiltered`] shows
+    /// that.
+    pub fn of_white_metal(
+        light: Arc<Light>,
+        roughness: f64,
+        cube: Option<(Arc<PrefilteredCube>, f64)>,
+    ) -> Result<Self, RenderError> {
+        // A mirror is the sharpest that the model has.
+        let roughness = roughness.max(0.01);
+        let parameters = StandardParameters { metallic: 1.0, roughness, ..StandardParameters::default() };
+        let metal = Standard::new(parameters).map_err(|error| RenderError::maps(error.to_string()))?;
+        let look = Self::of(light, None, Some(Material::Standard(metal)), MapSizes::default());
+        Ok(Self { prefiltered_cube: cube, shows_light: true, ..look })
+    }
+
     fn of(light: Arc<Light>, field: Option<Field>, material: Option<Material>, sizes: MapSizes) -> Self {
         Self {
             light,
@@ -89,6 +109,8 @@ impl Look {
             material,
             table: None,
             compact_map: None,
+            prefiltered_cube: None,
+            shows_light: false,
             sizes,
             holds_lamps: false,
             soft: OnceLock::new(),
@@ -142,6 +164,16 @@ impl Look {
     pub fn compact_map(&self) -> Result<&Arc<CompactMap>, RenderError> {
         let missing = RenderError::Missing { what: "this mode", missing: "a scale space and taps" };
         self.compact_map.as_ref().ok_or(missing)
+    }
+
+    /// The cube that an engine lights the surface with, and the level that it reads.
+    pub fn prefiltered_cube(&self) -> Option<(&Arc<PrefilteredCube>, f64)> {
+        self.prefiltered_cube.as_ref().map(|(cube, level)| (cube, *level))
+    }
+
+    /// Whether the look shows a light by a white metal, and no material of anybody's.
+    pub fn shows_light(&self) -> bool {
+        self.shows_light
     }
 
     /// The material, if it is known.

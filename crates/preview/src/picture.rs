@@ -169,7 +169,7 @@ mod tests {
         let shot = Shot {
             size: [3, 1],
             samples: 2,
-            camera: Camera::new(Framing { centre: glam::DVec3::ZERO, radius: 1.0 }),
+            camera: Camera::new(Framing::ball(glam::DVec3::ZERO, 1.0)),
             turn: Rotation::IDENTITY,
             show: Show::One(Mode::Mirror),
             background: Background::Environment,

@@ -26,6 +26,9 @@ pub struct Object {
     pub blend: Option<Arc<Vec<f32>>>,
 }
 
+/// The distance of neighbours in a row, in radii.
+const GAP: f64 = 2.2;
+
 /// Meshes in front of an environment.
 ///
 /// Light is distant: each object reflects the light of its own look. No object casts a shadow on another; on
@@ -43,6 +46,21 @@ impl Scene {
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
         let object = Object { mesh, place: DAffine3::IDENTITY, look, transfer: None, blend: None };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
+    }
+
+    /// Makes a scene of one mesh with several looks under a light: side by side in their order, from the left
+    /// to the right of a camera at rest.
+    pub fn row(light: Arc<Light>, mesh: &Arc<Mesh>, looks: &[Arc<Look>]) -> Self {
+        let (_, radius) = mesh.bounds();
+        let middle = (looks.len() as f64 - 1.0) / 2.0;
+        let object = |(number, look): (usize, &Arc<Look>)| Object {
+            mesh: Arc::clone(mesh),
+            place: DAffine3::from_translation(DVec3::Y * ((number as f64 - middle) * GAP * radius)),
+            look: Arc::clone(look),
+            transfer: None,
+            blend: None,
+        };
+        Self { light, objects: looks.iter().enumerate().map(object).collect() }
     }
 
     /// Returns the same scene with the transfer matrices of its first object's mesh.
@@ -82,9 +100,17 @@ impl Scene {
         Some(scene)
     }
 
-    /// Whether every object has its maps, or a BRDF table.
+    /// Whether every object has its maps, a BRDF table or the cube of an engine.
     pub fn has_maps(&self) -> bool {
-        self.objects.iter().all(|object| object.look.has_maps() || object.look.table().is_some())
+        self.objects
+            .iter()
+            .map(|object| &object.look)
+            .all(|look| look.has_maps() || look.table().is_some() || look.prefiltered_cube().is_some())
+    }
+
+    /// Whether it shows a light, and no material of anybody's.
+    pub fn shows_light(&self) -> bool {
+        !self.objects.is_empty() && self.objects.iter().all(|object| object.look.shows_light())
     }
 
     /// Whether every object has the inputs of a mode beside light and material.
@@ -92,9 +118,15 @@ impl Scene {
         self.objects.iter().all(|object| object.offers(mode))
     }
 
-    /// The mode to show as long as nobody has chosen one: taps if there are some, otherwise the local SHRM.
+    /// The mode to show as long as nobody has chosen one: taps if there are some, otherwise the local SHRM; of
+    /// a light alone the cube of an engine, or brute force if there is none.
     pub fn first_mode(&self) -> Mode {
-        if self.offers(Mode::Taps) { Mode::Taps } else { Mode::LocalShrm }
+        match (self.offers(Mode::Taps), self.shows_light()) {
+            (true, _) => Mode::Taps,
+            (_, false) => Mode::LocalShrm,
+            (_, true) if self.offers(Mode::Prefiltered) => Mode::Prefiltered,
+            (_, true) => Mode::BruteForce,
+        }
     }
 
     /// The modes in which it can be drawn in place of these. If an object lacks what a mode needs, brute
@@ -124,7 +156,7 @@ impl Scene {
         })
     }
 
-    /// A ball around all objects, for a camera. For a single mesh it is [`Mesh::bounds`] at its place. If
+    /// A ball around all objects, and their height, for a camera. For a single mesh it is [`Mesh::bounds`] at its place. If
     /// nothing has a size, its radius is 1.
     pub fn framing(&self) -> Framing {
         let balls: Vec<(DVec3, f64)> = self.objects.iter().filter_map(Object::ball).collect();
@@ -133,7 +165,11 @@ impl Scene {
         let centre = least.zip(most).map_or(DVec3::ZERO, |(least, most)| (least + most) / 2.0);
         let reach = |(at, radius): &(DVec3, f64)| at.distance(centre) + radius;
         let radius = balls.iter().map(reach).fold(0.0, f64::max);
-        Framing { centre, radius: if radius > 0.0 { radius } else { 1.0 } }
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let rise = |(at, radius): &(DVec3, f64)| (at.z - centre.z).abs() + radius;
+        // One ball is as high as it is wide, whatever rounding does.
+        let height = if balls.len() > 1 { balls.iter().map(rise).fold(0.0, f64::max) } else { radius };
+        Framing { centre, radius, height }
     }
 }
 
@@ -149,6 +185,7 @@ impl Object {
                 self.look.table().is_some() && self.transfer.as_ref().is_some_and(is_of_this_mesh)
             }
             Mode::Taps => self.look.compact_map().is_ok(),
+            Mode::Prefiltered if self.look.prefiltered_cube().is_some() => true,
             mode => !mode.needs_maps() || self.look.has_maps(),
         }
     }
@@ -221,6 +258,6 @@ mod tests {
     fn a_mesh_without_triangles_is_framed_by_the_unit_ball() {
         let empty = Mesh::new(Vec::new(), Vec::new(), Vec::new(), None, Vec::new()).unwrap();
         let framing = scene(&[DAffine3::IDENTITY], empty).framing();
-        assert_eq!(framing, Framing { centre: DVec3::ZERO, radius: 1.0 });
+        assert_eq!(framing, Framing::ball(DVec3::ZERO, 1.0));
     }
 }

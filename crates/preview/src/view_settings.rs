@@ -191,7 +191,7 @@ impl ViewSettings {
         Shot {
             size,
             samples: 1,
-            camera: self.camera(framing),
+            camera: self.camera(framing.within(size)),
             turn: self.turn(),
             show: self.show(scene),
             background: self.background,

@@ -18,6 +18,7 @@ mod definition;
 mod engine_format;
 mod engine_lights;
 mod engine_tables;
+mod exported_light;
 mod levels;
 mod tap_shaders;
 
@@ -30,6 +31,7 @@ pub(crate) use cube_light::{CubeLight, texture};
 pub use definition::Engine;
 pub(crate) use definition::Skybox;
 pub(crate) use engine_format::EngineFormat;
+pub(crate) use exported_light::{ExportedLight, LightInFile};
 pub(crate) use levels::nearest_power_of_two;
 pub(crate) use tap_shaders::{TapFileNames, TapPreset, tap_texts};
 
@@ -56,6 +58,11 @@ impl EnginePreset {
 
     /// The engine in whose frame the cubes of `.env` and of glTF are.
     pub(crate) const BABYLON: Self = Self(&babylon::ENGINE);
+
+    /// All that is known of the engine.
+    pub(crate) fn engine(self) -> &'static Engine {
+        self.0
+    }
 
     /// The preset of the kind that wrote a file with this recipe.
     pub(crate) fn of_recipe(recipe: &str) -> Option<Self> {

@@ -12,7 +12,9 @@ mod preview_catalog;
 use engine::Kinds;
 
 pub use light_edit::LightEdit;
-pub use preview_catalog::{CatalogEntry, CompactMapItems, PreviewCatalog, SceneCache, Unknown};
+pub use preview_catalog::{
+    CatalogEntry, CompactMapItems, LightAlone, PreviewCatalog, ROUGHNESSES, SceneCache, Unknown,
+};
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {

@@ -24,7 +24,9 @@ mod values;
 
 pub use engine_light::ENGINE_FILE_STEM;
 pub use engines::{ENGINES, Engine};
-pub use files::{CatalogEntry, CompactMapItems, LightEdit, PreviewCatalog, SceneCache, Unknown};
+pub use files::{
+    CatalogEntry, CompactMapItems, LightAlone, LightEdit, PreviewCatalog, ROUGHNESSES, SceneCache, Unknown,
+};
 pub use light::{face_sets, is_face, six_faces};
 pub use material::{
     MaterialFile, PRESETS, Preset, ReadFile, is_gltf_file, is_materialx_file, is_measured_file,

@@ -19,6 +19,7 @@ use crate::storage::{Blob, BlobFile, Record, State, Store, Tag};
 /// Results stay in the cache as long as a record names them. If one is removed after the snapshot was opened,
 /// its handle fails.
 pub struct ResultsSnapshot {
+    store: Arc<Store>,
     items: Vec<Option<ItemResult>>,
 }
 
@@ -53,7 +54,8 @@ impl ResultsSnapshot {
             };
             fits.then_some(ItemResult { record, handle })
         };
-        Ok(Self { items: parallel::map(plan.items.len(), &result_of) })
+        let items = parallel::map(plan.items.len(), &result_of);
+        Ok(Self { store, items })
     }
 
     /// The artifact of an item: the same handle each time, which reads, checks and decodes it on first use.
@@ -68,6 +70,23 @@ impl ResultsSnapshot {
         let result = self.result(item).filter(|result| result.handle.is_none());
         let size = |blob: &Blob| if is_left_out(blob.digest) { 0 } else { blob.bytes };
         result.map_or_else(Vec::new, |result| result.record.outputs.iter().map(size).collect())
+    }
+
+    /// The digest of a file that an item exports, by its place in [`crate::plan::Item::files`]; `None` if
+    /// there is none.
+    pub fn file_digest(&self, item: ItemIndex, file: usize) -> Option<Digest> {
+        let result = self.result(item).filter(|result| result.handle.is_none())?;
+        let blob = result.record.outputs.get(file)?;
+        (!is_left_out(blob.digest)).then_some(blob.digest)
+    }
+
+    /// The contents of a file with such a digest, from the cache: whatever became of the copy that was
+    /// published.
+    ///
+    /// # Errors
+    /// If it is damaged or no longer there.
+    pub fn read_file(&self, digest: Digest) -> Result<Vec<u8>, Failure> {
+        read(&self.store, "file", digest)
     }
 
     /// The notes of the run that made the result; empty if the last run failed, so that the result is older.
@@ -101,14 +120,19 @@ impl ResultsSnapshot {
 /// A handle on a stored artifact. A damaged one is left to the next build, which holds the lock.
 fn handle(store: &Arc<Store>, type_name: &'static str, digest: Digest) -> Handle {
     let store = Arc::clone(store);
-    Handle::new(type_name, digest, move || match store.read(digest) {
+    Handle::new(type_name, digest, move || read(&store, "artifact", digest))
+}
+
+/// Reads what is stored.
+fn read(store: &Store, what: &str, digest: Digest) -> Result<Vec<u8>, Failure> {
+    match store.read(digest) {
         Ok(BlobFile::Intact(bytes)) => Ok(bytes),
         Ok(BlobFile::Damaged) => {
-            Err(Failure::new(format!("the stored artifact {digest} is damaged")).help("build again"))
+            Err(Failure::new(format!("the stored {what} {digest} is damaged")).help("build again"))
         }
         Ok(BlobFile::Missing) => {
-            Err(Failure::new(format!("the stored artifact {digest} is gone")).help("build again"))
+            Err(Failure::new(format!("the stored {what} {digest} is gone")).help("build again"))
         }
         Err(error) => Err(failure_of(error)),
-    })
+    }
 }

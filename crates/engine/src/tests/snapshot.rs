@@ -57,6 +57,24 @@ fn built_items_are_in_the_snapshot_and_others_are_not() {
 }
 
 #[test]
+fn an_exported_file_is_read_from_the_cache() {
+    let project = project();
+    assert_eq!(ResultsSnapshot::open(&project.plan()).unwrap().file_digest(4, 0), None);
+    project.build();
+    let (plan, snapshot) = (project.plan(), ResultsSnapshot::open(&project.plan()).unwrap());
+    for (item, expected) in [(4, "gold"), (5, "tin")] {
+        let published = plan.items[item].files[0].clone();
+        std::fs::remove_file(project.path("out").join(&published)).unwrap();
+        let digest = snapshot.file_digest(item, 0).unwrap();
+        assert_eq!(snapshot.read_file(digest).unwrap(), expected.as_bytes(), "{published:?}");
+        assert_eq!(snapshot.file_digest(item, 2), None);
+    }
+    assert_eq!(snapshot.file_digest(0, 0), None, "an artifact is not a file");
+    let failure = snapshot.read_file(crate::Digest::of(b"nothing")).unwrap_err();
+    assert!(failure.chain[0].starts_with("the stored file "), "{failure:?}");
+}
+
+#[test]
 fn an_item_that_failed_shows_its_last_good_result() {
     let project = project();
     project.build();

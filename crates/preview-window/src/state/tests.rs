@@ -358,6 +358,18 @@ fn a_scene_with_taps_is_first_shown_by_them() {
     assert_eq!(InitialView::default().shot(&testkit::with_taps(), [8, 8]).show, Show::One(Mode::Taps));
 }
 
+/// White metal shows a light alone, by the cube of an engine. What needs a material is not on its way.
+#[test]
+fn a_light_alone_is_first_shown_by_the_exported_cube() {
+    let mut state = state();
+    let subject = state.settings.subject.clone();
+    let (scene, details) = (testkit::light_alone(), SubjectDetails::default());
+    state.apply(PreviewUpdate::Scene { subject, scene, details });
+    assert_eq!((state.first_mode(), state.why_brute_force()), (Mode::Prefiltered, None));
+    state.update(Action::Mode(Mode::Cabral));
+    assert_eq!(state.why_brute_force(), Some("brute force: there is no material in this pipeline"));
+}
+
 fn material(exponent: f64) -> PreviewUpdate {
     let form = Ok(testkit::phong_form(exponent));
     PreviewUpdate::Material { material: "chrome".into(), form, edited: None }

@@ -17,7 +17,7 @@ use crate::shading::kautz_mccool::kautz_mccool;
 use crate::shading::lamps::{PackedLamps, lamps};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
-use crate::shading::prefiltered::prefiltered;
+use crate::shading::prefiltered::{PrefilteredMap, prefiltered};
 use crate::shading::shadows::Shadows;
 use crate::shading::taps::{Levels, PackedTaps, taps_radiance};
 use crate::{Look, Mode, RenderError, Scene, Shot};
@@ -88,7 +88,7 @@ pub(super) enum Shader<'a> {
         count: usize,
         cube: Cube<'a>,
     },
-    Prefiltered(Cube<'a>),
+    Prefiltered(PrefilteredMap<'a>, Centre),
     Taps {
         levels: Levels<'a>,
         taps: &'a PackedTaps,
@@ -151,7 +151,7 @@ impl<'a> Shader<'a> {
                 let texture = look.kautz_mccool()?;
                 Self::KautzMcCool { count: texture.views().count(), cube: cube(texture.maps()) }
             }
-            Mode::Prefiltered => Self::Prefiltered(cube(look.prefiltered()?)),
+            Mode::Prefiltered => Self::Prefiltered(PrefilteredMap::of(look)?, look.centre()),
             Mode::Taps => {
                 let map = look.compact_map()?;
                 let packed = || (PackedTaps::new(map.taps.table()), PackedLamps::beside(map));
@@ -198,7 +198,7 @@ impl<'a> Shader<'a> {
             Self::KautzMcCool { count, cube } => {
                 kautz_mccool(cube.edge, cube.texels, *count, cube.centre, surface)
             }
-            Self::Prefiltered(cube) => prefiltered(cube.edge, cube.texels, cube.centre, surface),
+            Self::Prefiltered(map, centre) => prefiltered(map, *centre, surface),
             Self::Taps { levels, taps, lamps: beside } => {
                 lamps(beside, taps_radiance(levels, taps, surface), surface)
             }

@@ -80,7 +80,7 @@ fn placed(mesh: &Arc<Mesh>, place: DAffine3, look: &Arc<Look>) -> Object {
 
 /// A shot of the unit ball from slightly above, with neutral exposure and tone curve.
 fn shot(size: [u32; 2], show: Show) -> Shot {
-    let framing = Framing { centre: DVec3::ZERO, radius: 1.0 };
+    let framing = Framing::ball(DVec3::ZERO, 1.0);
     Shot {
         size,
         samples: 1,

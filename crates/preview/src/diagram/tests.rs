@@ -42,7 +42,7 @@ fn look(environment: Environment, material: Material) -> Arc<Look> {
 }
 
 fn shot(camera_yaw: f64, light_yaw: f64) -> Shot {
-    let framing = Framing { centre: DVec3::ZERO, radius: 1.0 };
+    let framing = Framing::ball(DVec3::ZERO, 1.0);
     Shot {
         size: [180, 70],
         samples: 1,

@@ -11,6 +11,10 @@ struct MapUniforms {
     zonal: u32,
     // The slices of Kautz and McCool's texture.
     slices: u32,
+    // Texels along the edge of a face of the next level of detail.
+    coarse_edge: u32,
+    // The share of that level.
+    share: f32,
 }
 
 @group(1) @binding(0) var<uniform> map_uniforms: MapUniforms;

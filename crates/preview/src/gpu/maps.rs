@@ -15,6 +15,7 @@ use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
+use crate::shading::prefiltered::PrefilteredMap;
 use crate::shading::taps::{Levels, PackedTaps};
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
@@ -27,7 +28,9 @@ struct MapUniforms {
     degree: u32,
     zonal: u32,
     slices: u32,
-    unused: [u32; 3],
+    coarse_edge: u32,
+    share: f32,
+    unused: u32,
 }
 
 /// The bind group of a map and its uniforms.
@@ -273,8 +276,19 @@ impl LookMaps {
                 })?
             }
             Mode::Prefiltered => {
-                let texels = look.prefiltered()?;
-                cubes(device, layouts, "the reflection map", uniforms, 1, |_, texel| texels[texel])?
+                let PrefilteredMap { levels: [(edge, fine), (coarse_edge, coarse)], share } =
+                    PrefilteredMap::of(look)?;
+                let uniforms = MapUniforms { edge, coarse_edge, share, ..uniforms };
+                let count = if share == 0.0 { 1 } else { 2 };
+                let [edge, coarse_edge] = [edge, coarse_edge].map(|edge| edge as usize);
+                cubes(device, layouts, "the reflection map", uniforms, count, |level, texel| {
+                    let (row, column) = (texel / edge % edge, texel % edge);
+                    match level {
+                        0 => fine[texel],
+                        _ if row >= coarse_edge || column >= coarse_edge => [0.0; 3],
+                        _ => coarse[(texel / (edge * edge) * coarse_edge + row) * coarse_edge + column],
+                    }
+                })?
             }
             Mode::Irradiance | Mode::Mirror | Mode::BruteForce | Mode::Taps => return Ok(()),
             Mode::Table | Mode::Transfer | Mode::ShadowedBruteForce | Mode::Samples => return Ok(()),

@@ -82,6 +82,8 @@
 //! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
 //! and `bounds.json`.
 
+use std::any::Any;
+
 use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};
 use envmap::{Environment, joined_lights};
@@ -93,7 +95,7 @@ use sphere::{Cube, LatLong};
 use super::engine_files;
 use super::engine_files::{EngineFiles, EngineTarget, SkyFile, report};
 use super::irradiance::windowed;
-use crate::engines::{self, EngineFormat, EnginePreset, Skybox};
+use crate::engines::{self, EngineFormat, EnginePreset, ExportedLight, Skybox};
 use crate::values::{LIGHTS, LightCount, MAX_RESOLUTION, Overflow, UntilStopped, artifacts, share};
 
 /// The stem of the names of `export-engine`'s files, before their endings.
@@ -190,6 +192,14 @@ impl Kind for ExportEngine {
         }
         files.extend(["/README.txt".into(), "/bounds.json".into()]);
         Product::Files(files)
+    }
+
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
+        Some(Box::new(ExportedLight::Engine {
+            engine: parameters.preset.engine(),
+            format: parameters.format(),
+            has_lights_beside: parameters.sun == Sun::Light,
+        }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -56,6 +56,7 @@
 //! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
 //! build notes them. `export-engine` writes cubes for the engines that it knows.
 
+use std::any::Any;
 use std::borrow::Cow;
 
 use containers::{TexelFormat, Texture, write_dds, write_ktx2, write_ktx2_zstd};
@@ -64,6 +65,7 @@ use envmap::Environment;
 use shrm::{MapGrid, Prefiltered};
 use sphere::{Cube, LatLong};
 
+use crate::engines::ExportedLight;
 use crate::map::{Layout, MapPictures, endings};
 use crate::values::{
     Container, Content, DistributionName, Encoding, Excess, FileFormat, MAX_RESOLUTION, Numbers, Overflow,
@@ -261,6 +263,11 @@ impl Kind for ExportEnvironment {
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
         Product::Files(endings(parameters.layout, parameters.format.container()))
+    }
+
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
+        let is_texture = parameters.is_texture();
+        is_texture.then(|| Box::new(ExportedLight::Texture) as Box<dyn Any>)
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -4,6 +4,8 @@
 //! angles are changed. If there is none, one is added, which every reflection of that light reads from then
 //! on.
 //!
+//! If there is no material, everything that is made of the light turns with it.
+//!
 //! Stages that take such a reflection together with its environment, as reports and previews do, get the
 //! environment turned in the same way; other stages do not turn.
 
@@ -51,7 +53,7 @@ impl PreviewCatalog {
             return Err("the light is not turned".into());
         }
         let plan = self.plan();
-        let graph = LightGraph { plan };
+        let graph = LightGraph { plan, is_light_alone: entry.light_alone.is_some() };
         let light = plan.items[entry.lighting.unwrap_or(entry.environment)].stage;
         let turns = Turns::of(&graph, light);
         let file = plan.manifest.file_name().unwrap_or_default().to_string_lossy();
@@ -136,7 +138,7 @@ impl Turns {
     fn of(graph: &LightGraph<'_>, light: StageIndex) -> Self {
         let (turning, origins) = (graph.turning(light), graph.origins(light));
         let mut turns = Self { rotates: BTreeSet::new(), behind: BTreeMap::new(), uses: BTreeSet::new() };
-        for (at, from) in graph.uses().filter(|((stage, _), _)| graph.reflects(*stage)) {
+        for (at, from) in graph.uses().filter(|((stage, _), _)| graph.is_lit(*stage)) {
             let of = graph.turning(from);
             let is_unturned = |turning| matches!(turning, Turning::Behind(_));
             let is_same_light = || !graph.origins(from).is_disjoint(&origins);
@@ -185,6 +187,8 @@ impl Turns {
 /// The stages of a plan, as far as light goes through them.
 struct LightGraph<'p> {
     plan: &'p Plan,
+    /// Whether there is no material.
+    is_light_alone: bool,
 }
 
 impl LightGraph<'_> {
@@ -193,7 +197,11 @@ impl LightGraph<'_> {
         matches!(self.plan.stages[stage].product, Product::Artifact(name) if lights.contains(&name))
     }
 
-    fn reflects(&self, stage: StageIndex) -> bool {
+    /// Whether a stage reflects the light or, without a material, makes anything else of it.
+    fn is_lit(&self, stage: StageIndex) -> bool {
+        if self.is_light_alone {
+            return !self.makes_light(stage);
+        }
         let reflected = [artifacts::Reflection::TYPE, artifacts::Shrm::TYPE, artifacts::VertexRadiance::TYPE];
         matches!(self.plan.stages[stage].product, Product::Artifact(name) if reflected.contains(&name))
     }

@@ -15,6 +15,10 @@
 //! graph neither turns the light nor adds to it. Each item that takes one of both, such as those of
 //! `export-taps`, makes an entry of their environment and their material, unless there is one anyway.
 //!
+//! In a graph without a material, white metal of a few roughnesses shows the light. Each export whose file a
+//! surface can be lit by is an entry: one for an engine, or a cube with levels. An environment that has no
+//! such export, and that no other environment is made of, is an entry by itself.
+//!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
 //! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
 //! (matte)`. If several stages reflect the same material and some of them are exported, the others are
@@ -31,11 +35,14 @@ use sphere::Rotation;
 use crate::material::ImportMaterial;
 use crate::values::{ExportedMaps, artifacts};
 
+use light_alone::exported_light;
+pub use light_alone::{LightAlone, ROUGHNESSES};
 use names::{Label, MaterialKey, distinct, stage_name};
 pub use origin::CompactMapItems;
 use origin::{EntryParts, Origin, artifact, is_many, single_inputs};
 pub use scenes::SceneCache;
 
+mod light_alone;
 mod names;
 mod origin;
 mod scenes;
@@ -57,12 +64,15 @@ pub struct PreviewCatalog {
 /// A material under a light, by the items that made it.
 #[derive(Clone, Debug)]
 pub struct CatalogEntry {
-    /// The item that makes a `reflection` or an `shrm`; `None` if there is only a table or a compact map.
+    /// The item that makes a `reflection` or an `shrm`; `None` if there is only a table, a compact map or
+    /// light.
     pub reflection: Option<ItemIndex>,
     /// The item that makes a `brdf-table` of the material.
     pub table: Option<ItemIndex>,
     /// The items that make the compact map of the light and the material.
     pub compact_map: Option<CompactMapItems>,
+    /// What lights white metal, in an entry without a material.
+    pub light_alone: Option<LightAlone>,
     /// The item that makes the light: an environment, or lighting that none was needed for.
     pub environment: ItemIndex,
     /// Lights without an environment that were added to it, and how the graph turns each.
@@ -89,6 +99,9 @@ pub struct CatalogEntry {
 
 impl CatalogEntry {
     fn key(&self, plan: &Plan) -> MaterialKey {
+        if let Some(LightAlone { export }) = self.light_alone {
+            return MaterialKey::of_light(plan, export.unwrap_or(self.environment), self.environment);
+        }
         // An entry has one of the three.
         let taps = self.compact_map.map(|map| map.taps);
         let made = self.reflection.or(self.table).or(taps).unwrap_or(self.environment);
@@ -133,6 +146,9 @@ impl PreviewCatalog {
         let pairs = found.iter().map(pair).collect::<BTreeSet<_>>();
         let compact = items.clone().filter_map(|item| graph.compact_entry(&plan, item, &parts));
         found.extend(compact.filter(|entry| !pairs.contains(&pair(entry))));
+        if found.is_empty() {
+            found = graph.light_entries(&plan, items.clone());
+        }
         let lights = found.iter().map(|entry| entry.environment).collect::<BTreeSet<_>>();
         let lights = lights.into_iter().collect::<Vec<_>>();
         let labels = lights.iter().map(|item| Label::of(&plan, *item));
@@ -158,7 +174,8 @@ impl PreviewCatalog {
         &self.plan
     }
 
-    /// Whether there is nothing to show: no stage makes a reflection of an environment, or shades vertices.
+    /// Whether there is nothing to show: no stage makes a reflection of an environment, or shades vertices,
+    /// and there is a material or no environment.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -239,10 +256,11 @@ impl PreviewCatalog {
     }
 
     /// The items that a scene is read from: the environment, the material, the mesh with its transfer and its
-    /// blend, the table, the compact map and the reflection.
+    /// blend, the table, the compact map and the reflection, or the export of a light alone.
     pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
         let added = entry.added.iter().map(|(item, _)| *item);
         let sources = [Some(entry.environment), entry.material].into_iter().flatten().chain(added);
+        let sources = sources.chain(entry.light_alone.and_then(|light| light.export));
         let compact_map = entry.compact_map.map(|map| [map.scales, map.taps]);
         let made = entry.table.into_iter().chain(compact_map.into_iter().flatten()).chain(entry.reflection);
         sources.chain(self.mesh_items(mesh)).chain(made).collect()
@@ -268,7 +286,12 @@ impl PreviewCatalog {
     /// # Errors
     /// Why there is none: one line.
     pub fn material_file(&self, entry: &CatalogEntry) -> Result<&Path, String> {
-        let item = entry.material.ok_or("the reflection has no material of this pipeline")?;
+        let why = if entry.light_alone.is_some() {
+            "white metal shows the light: this pipeline has no material to edit"
+        } else {
+            "the reflection has no material of this pipeline"
+        };
+        let item = entry.material.ok_or(why)?;
         let stage = &self.plan.stages[self.plan.items[item].stage];
         let source = self.plan.items[item].source.as_deref();
         let source = source.filter(|_| stage.kind.name() == ImportMaterial::NAME);
@@ -461,6 +484,7 @@ impl Connections {
             reflection,
             table,
             compact_map,
+            light_alone: None,
             environment,
             added: disks,
             lighting,
@@ -471,6 +495,52 @@ impl Connections {
             exports,
             ancestry,
             maps,
+        })
+    }
+
+    /// The entries of light without a material, if there is none.
+    fn light_entries(
+        &self,
+        plan: &Plan,
+        items: impl Iterator<Item = ItemIndex> + Clone,
+    ) -> Vec<CatalogEntry> {
+        let made = |item: ItemIndex| artifact(plan, item);
+        if items.clone().any(|item| made(item) == Some(artifacts::Material::TYPE)) {
+            return Vec::new();
+        }
+        let exports = items.clone().filter(|item| exported_light(plan, *item).is_some());
+        let mut found: Vec<_> = exports.filter_map(|item| self.light_entry(plan, item, Some(item))).collect();
+        let shown: BTreeSet<_> = found.iter().flat_map(|entry| entry.ancestry.iter().copied()).collect();
+        let environments = items.filter(|item| made(*item) == Some(artifacts::Environment::TYPE));
+        let steps: BTreeSet<_> = environments.clone().flat_map(|item| single_inputs(plan, item)).collect();
+        let rest = environments.filter(|item| !shown.contains(item) && !steps.contains(item));
+        found.extend(rest.filter_map(|item| self.light_entry(plan, item, None)));
+        found
+    }
+
+    /// The entry of the light that an item exports, or of the environment that it makes.
+    fn light_entry(&self, plan: &Plan, item: ItemIndex, export: Option<ItemIndex>) -> Option<CatalogEntry> {
+        let (mut origin, mut source) = (Origin::default(), Origin::default());
+        origin.follow(plan, item, Rotation::IDENTITY);
+        let (environment, _) = origin.environment?;
+        source.follow(plan, environment, Rotation::IDENTITY);
+        let mut ancestry = origin.ancestry;
+        ancestry.sort_unstable();
+        Some(CatalogEntry {
+            reflection: None,
+            table: None,
+            compact_map: None,
+            light_alone: Some(LightAlone { export }),
+            environment,
+            added: Vec::new(),
+            lighting: None,
+            material: None,
+            turn: Rotation::IDENTITY,
+            sizes: MapSizes::default(),
+            holds_lamps: false,
+            exports: export.map_or_else(|| self.exports(plan, environment), |item| vec![item]),
+            maps: ancestry.iter().copied().filter(|item| !source.ancestry.contains(item)).collect(),
+            ancestry,
         })
     }
 

@@ -116,6 +116,30 @@ fn modes_that_cannot_be_drawn_are_grey() {
     assert_eq!(session.state.first_mode(), Mode::Irradiance);
 }
 
+/// A light alone has the cube that is exported, and no material.
+#[test]
+fn modes_of_a_material_are_grey_for_a_light_alone() {
+    let scene = testkit::light_alone();
+    let offered = Mode::ALL.into_iter().filter(|mode| missing(&scene, *mode).is_none());
+    let expected = [
+        Mode::Prefiltered,
+        Mode::Irradiance,
+        Mode::Mirror,
+        Mode::BruteForce,
+        Mode::ShadowedBruteForce,
+        Mode::Samples,
+    ];
+    assert!(offered.eq(expected));
+    for mode in [Mode::LocalShrm, Mode::Table, Mode::Transfer, Mode::Taps] {
+        assert_eq!(missing(&scene, mode), Some("no material in this pipeline"), "{mode:?}");
+    }
+    let mut session = Session::with_picture([1280.0, 800.0]);
+    let (subject, details) = (session.state.settings.subject.clone(), SubjectDetails::default());
+    session.state.apply(PreviewUpdate::Scene { subject, scene, details });
+    session.show();
+    assert!(session.settle().has("from left to right, read at level 0.00, 0.50"));
+}
+
 #[test]
 fn captions_stay_within_the_picture_and_apart() {
     for size in SIZES {

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use engine::{ItemIndex, ItemKey, Plan, StageIndex};
 
+use super::light_alone::WHITE_METAL;
+
 /// A material as a stage reflects it, or tabulates it: the stage, and the part of an item's key that is not
 /// the environment's.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -12,6 +14,8 @@ pub(super) struct MaterialKey {
     rest: ItemKey,
     /// The stage of the material, if there is one.
     material: Option<StageIndex>,
+    /// Whether there is no material, but a light that white metal shows.
+    is_light: bool,
 }
 
 impl MaterialKey {
@@ -25,14 +29,23 @@ impl MaterialKey {
         let (item, environment) = (&plan.items[made], &plan.items[environment]);
         let rest = item.key.iter().filter(|(stage, _)| environment.key.get(stage).is_none()).collect();
         let material = material.map(|item| plan.items[item].stage);
-        Self { made: item.stage, rest, material }
+        Self { made: item.stage, rest, material, is_light: false }
+    }
+
+    /// The key of the white metal that shows a light alone, as an item exports or makes it.
+    pub(super) fn of_light(plan: &Plan, made: ItemIndex, environment: ItemIndex) -> Self {
+        Self { is_light: true, ..Self::of(plan, made, environment, None) }
     }
 
     /// The name of the material, and the stages that distinguish it from others of that name.
     pub(super) fn label<'p>(&self, plan: &'p Plan) -> Label<'p> {
         let name = |stage: StageIndex| plan.stages[stage].name.as_str();
         let stages = self.material.into_iter().chain([self.made]).map(name).collect::<Vec<_>>();
-        let name = if self.rest.is_empty() { stages[0].into() } else { self.rest.to_string() };
+        let name = match self.is_light {
+            true => WHITE_METAL.into(),
+            false if self.rest.is_empty() => stages[0].into(),
+            false => self.rest.to_string(),
+        };
         Label { name, stages }
     }
 }

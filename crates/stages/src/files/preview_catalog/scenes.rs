@@ -5,14 +5,17 @@ use std::sync::Arc;
 
 use brdf::{BrdfTable, Material};
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
+use envmap::Environment;
 use mesh::Mesh;
-use preview::{CompactMap, Light, Look, MapSizes, Scene};
+use preview::{CompactMap, Light, Look, MapSizes, PrefilteredCube, Scene};
 use preview::{Export, SubjectDetails};
 use sh::unstopped;
 use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
+use super::light_alone::{LightAlone, ROUGHNESSES, exported_light, prefiltered};
 use super::{CatalogEntry, CompactMapItems, MeshSource, PreviewCatalog, artifact};
+use crate::engines::{ExportedLight, LightInFile};
 use crate::values::artifacts;
 
 /// The number of looks that are kept, with their maps.
@@ -28,6 +31,7 @@ const TABLES: usize = 2;
 #[derive(Default)]
 pub struct SceneCache {
     looks: Recent<LookKey, Look>,
+    white_metals: Recent<(LightKey, Option<Digest>), Vec<Arc<Look>>>,
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
     tables: Recent<Digest, BrdfTable>,
@@ -65,11 +69,47 @@ impl SceneCache {
         entry: &CatalogEntry,
         mesh: &str,
     ) -> Result<Scene, Failure> {
+        if let Some(light) = entry.light_alone {
+            return self.light_alone(catalog, results, entry, light, mesh);
+        }
         let look = self.look(catalog.plan(), results, entry)?;
         let transfer = self.transfer(catalog, results, mesh);
         let blend = self.blend(catalog, results, mesh);
         let scene = Scene::of(self.mesh(catalog, results, mesh)?, look);
         Ok(scene.with_transfer(transfer).with_blend(blend))
+    }
+
+    /// White metal of a few roughnesses under a light alone: as its export lights it, or else its
+    /// environment.
+    fn light_alone(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+        LightAlone { export }: LightAlone,
+        mesh: &str,
+    ) -> Result<Scene, Failure> {
+        let plan = catalog.plan();
+        let (key, light) = self.light(plan, results, entry)?;
+        // Files of a light before are not shown.
+        let export = export.filter(|item| is_current(plan, results, entry, *item));
+        let file = export.and_then(|item| Some((item, results.file_digest(item, 0)?)));
+        let key = (key, file.map(|(_, digest)| digest));
+        let looks = self.white_metals.get(LOOKS, key, || {
+            let lit = file.map(|(item, digest)| lit_by(plan, results, item, digest)).transpose()?;
+            let (light, cube) = match lit {
+                Some(LitBy::Image(image)) => (Arc::new(Light::new(image, None)), None),
+                Some(LitBy::Cube(cube, levels)) => (Arc::clone(&light), Some((Arc::new(cube), levels))),
+                None => (Arc::clone(&light), None),
+            };
+            let look = |(number, roughness)| {
+                let cube = cube.as_ref().map(|(cube, levels)| (Arc::clone(cube), levels[number]));
+                let look = Look::of_white_metal(Arc::clone(&light), roughness, cube);
+                look.map(Arc::new).map_err(|error| Failure::new(error.to_string()))
+            };
+            ROUGHNESSES.into_iter().enumerate().map(look).collect()
+        })?;
+        Ok(Scene::row(light, &self.mesh(catalog, results, mesh)?, &looks))
     }
 
     /// The place of each vertex of a mesh between the materials of a table, if it was made of the present
@@ -338,8 +378,50 @@ impl PreviewCatalog {
             let stage = super::stage_name(plan, item);
             format!("{stage}: this is older than its inputs")
         });
-        SubjectDetails { exports: exports.collect(), notes: outdated.chain(messages).collect() }
+        let export = entry.light_alone.and_then(|light| light.export);
+        let remarks = export.and_then(|item| Some((item, exported_light(plan, item)?)));
+        let remarks = remarks.into_iter().flat_map(|(item, light)| {
+            let stage = super::stage_name(plan, item);
+            light.remarks().into_iter().map(move |remark| format!("{stage}: {remark}"))
+        });
+        SubjectDetails {
+            exports: exports.collect(),
+            notes: remarks.chain(outdated).chain(messages).collect(),
+        }
     }
+}
+
+/// What an export lights a surface with.
+enum LitBy {
+    /// A cube, and the level that each of [`ROUGHNESSES`] reads.
+    Cube(PrefilteredCube, [f64; ROUGHNESSES.len()]),
+    /// An image, which the engine filters itself.
+    Image(Environment),
+}
+
+/// The light in the first file of an item.
+fn lit_by(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex, file: Digest) -> Result<LitBy, Failure> {
+    let light = exported_light(plan, item).ok_or_else(|| Failure::new("this exports no light"))?;
+    let levels = match light.read(&results.read_file(file)?)? {
+        LightInFile::Image(image) => return Ok(LitBy::Image(image)),
+        LightInFile::Cube(levels) => levels,
+    };
+    let of_levels = match light {
+        ExportedLight::Engine { .. } => Vec::new(),
+        ExportedLight::Texture => roughness_of_levels(plan, results, item)?,
+    };
+    let cube = PrefilteredCube::new(levels).ok_or_else(|| Failure::new("the cube has no levels"))?;
+    let size = cube.levels()[0].cube().edge;
+    let level = |roughness| cube.nearest(light.level(roughness, size, &of_levels));
+    let levels = ROUGHNESSES.map(level);
+    Ok(LitBy::Cube(cube, levels))
+}
+
+/// The roughness of each level of the cube that an item exports.
+fn roughness_of_levels(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Vec<f64>, Failure> {
+    let item = prefiltered(plan, item).ok_or_else(|| Failure::new("the cube is not prefiltered"))?;
+    let cube = handle(plan, results, item)?.get::<artifacts::Prefiltered>()?;
+    Ok(cube.0.levels.iter().map(|level| level.roughness).collect())
 }
 
 /// The failure of a light that no picture can show.
