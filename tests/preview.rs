@@ -4,8 +4,12 @@
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use std::{fs, thread};
+
+use ::preview::{InitialView, Light, Look, Object, Scene};
+use envmap::{Environment, Layout, srgb_decode, to_srgb8};
 
 use crate::support::{Project, Run, TIMEOUT, assert_has};
 
@@ -19,6 +23,14 @@ lighting = { kind = "project-sh", input = "environment", degree = 8 }
 coefficients = { kind = "project-brdf", input = "material", degree = [8, 0] }
 reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "coefficients" } }
 map = { kind = "export-shrm", input = "reflection", resolution = 16 }
+"#;
+
+/// A photograph, and the light for an engine that is made of it.
+const PHOTOGRAPH: &str = r#"
+schema = 1
+[stage]
+environment = { kind = "import-environment", source = "assets/environments/studio.exr", resolution = 64 }
+light = { kind = "export-engine", input = "environment", resolution = 64, path = "{environment}/three" }
 "#;
 
 const GOLD: &str = "assets/materials/gold.toml";
@@ -156,6 +168,79 @@ fn a_manifest_without_a_reflection_has_nothing_to_show() {
     assert_eq!(run(&broken, &["preview"]).code, Some(3));
 }
 
+/// The mirror shows the environment within a texel, the roughest ball the light about the direction that a
+/// mirror reflects, and the background the environment.
+#[test]
+fn white_metal_under_the_exported_file_shows_photographs_alone() {
+    let project = Project::new(PHOTOGRAPH);
+    let size = [320, 180];
+    let picture = |name: &str, arguments: &[&str]| {
+        let still = ["preview", "--still", name, "--size", "320x180"];
+        let done = run(&project, &[&still, arguments].concat());
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+        (pixels(&project.path(name)).1, done.stderr)
+    };
+    let (exported, said) = picture("exported.png", &[]);
+    assert_has(&said, ["exported.png: white metal under studio on sphere, prefiltered, 320x180"]);
+    let (mirrors, said) = picture("mirror.png", &["--mode", "mirror"]);
+    assert_has(&said, ["white metal under studio on sphere, mirror"]);
+
+    let bytes = fs::read(project.path("assets/environments/studio.exr")).unwrap();
+    let image = containers::read_image(&bytes, &containers::ReadOptions::default()).unwrap().image;
+    let grid = sphere::LatLong::with_rows(64);
+    let studio = Environment::from_image(image, Layout::LatLong, Some(grid)).unwrap();
+    let light = Arc::new(Light::new(studio.clone(), None));
+    let look = |roughness| Arc::new(Look::of_white_metal(Arc::clone(&light), roughness, None).unwrap());
+    let ball = Arc::new(mesh::shape("sphere").unwrap());
+    let scene = Scene::row(Arc::clone(&light), &ball, &[0.0, 0.25, 0.5, 0.75, 1.0].map(look));
+    let shot = InitialView::default().shot(&scene, size);
+    let eye = shot.camera.eye();
+    let ray = |pixel: usize| {
+        let at = [pixel % 320, pixel / 320].map(|place| place as f64 + 0.5);
+        shot.camera.ray(size, at).normalize()
+    };
+    let apart = |pixel: usize| {
+        let channels = exported[pixel].iter().zip(mirrors[pixel]);
+        channels.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
+    };
+    let mut mirror = Vec::new();
+    for pixel in 0..320 * 180 {
+        let miss = |object: &Object| (object.place.translation - eye).cross(ray(pixel)).length();
+        if scene.objects.iter().all(|object| miss(object) > 1.1) {
+            assert_eq!(apart(pixel), 0.0, "both have the same background");
+        } else if miss(&scene.objects[0]) < 0.8 {
+            mirror.push(apart(pixel));
+        }
+    }
+    mirror.sort_by(f32::total_cmp);
+    assert!(
+        mirror.len() > 500 && mirror[mirror.len() * 3 / 4] < 0.1,
+        "{:?}",
+        &mirror[mirror.len() * 3 / 4..]
+    );
+
+    // At roughness 1 the lobe is the cosine.
+    let object = &scene.objects[4];
+    let miss = |pixel: &usize| (object.place.translation - eye).cross(ray(*pixel)).length();
+    let middle = (0..320 * 180).min_by(|one, other| miss(one).total_cmp(&miss(other))).unwrap();
+    let (ray, from) = (ray(middle), eye - object.place.translation);
+    let along = from.dot(ray);
+    let normal = (from + ray * (-along - (along * along - from.length_squared() + 1.0).sqrt())).normalize();
+    let reflected = ray - normal * (2.0 * normal.dot(ray));
+    let mut sum = [0.0; 3];
+    for (pixel, radiance) in studio.pixels().iter().enumerate() {
+        let (row, column) = (pixel / grid.width, pixel % grid.width);
+        let cosine = grid.direction(row, column).vector().dot(reflected).max(0.0);
+        let angle = std::f64::consts::PI / grid.height as f64;
+        let share = cosine * angle * angle * (angle * (row as f64 + 0.5)).sin() / std::f64::consts::PI;
+        (0..3).for_each(|channel| sum[channel] += share * f64::from(radiance[channel]));
+    }
+    let [shown] = to_srgb8(&[sum.map(|value| value as f32)], shot.exposure, shot.tone)[..] else { panic!() };
+    let shown = shown.map(|code| srgb_decode(f32::from(code) / 255.0));
+    let is_near = (0..3).all(|channel| (exported[middle][channel] - shown[channel]).abs() < 0.02);
+    assert!(is_near, "{:?} for {shown:?}", exported[middle]);
+}
+
 #[test]
 fn a_still_that_cannot_be_written_is_a_system_error() {
     let project = Project::new(TWO_MATERIALS);
@@ -195,7 +280,26 @@ fn without_a_display_a_still_replaces_the_window() {
 #[cfg(target_os = "linux")]
 #[test]
 fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
-    let project = Project::new(TWO_MATERIALS);
+    follows(TWO_MATERIALS, "gold under studio on sphere", |project| {
+        project.write(GOLD, "model = \"phong\"\nexponent = 4\nspecular = [0.1, 0.1, 1.0]\n");
+    });
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_still_of_a_photograph_alone_follows_it() {
+    follows(PHOTOGRAPH, "white metal under studio on sphere, prefiltered", |project| {
+        let [other, studio] =
+            ["sky", "studio"].map(|name| project.path(&format!("assets/environments/{name}.exr")));
+        fs::copy(other, studio).unwrap();
+    });
+}
+
+/// Watches a manifest without a display. The still says this of what it shows; after a change of the files it
+/// is another picture.
+#[cfg(target_os = "linux")]
+fn follows(manifest: &str, shown: &str, change: impl Fn(&Project)) {
+    let project = Project::new(manifest);
     let mut command = headless(&project, &["watch", "--preview"]);
     let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(watcher.stderr.take().unwrap()).lines().map_while(Result::ok);
@@ -210,14 +314,14 @@ fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
             output += &(line + "\n");
         }
     };
-    let drawn = "preview.png: gold under studio on sphere";
+    let drawn = &format!("preview.png: {shown}");
     let reason =
         if cfg!(feature = "window") { "cannot open a window" } else { "--features window` opens a window" };
     wait(reason, 1);
     wait(drawn, 1);
     wait("listening to", 1);
     let before = fs::read(project.path(".specula/preview.png")).unwrap();
-    project.write(GOLD, "model = \"phong\"\nexponent = 4\nspecular = [0.1, 0.1, 1.0]\n");
+    change(&project);
     wait(drawn, 2);
     assert!(fs::read(project.path(".specula/preview.png")).unwrap() != before, "the picture has changed");
     let killed = Command::new("kill").args(["-INT", &watcher.id().to_string()]).status().unwrap();

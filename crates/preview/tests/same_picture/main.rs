@@ -108,6 +108,27 @@ fn compact_maps() {
     compared.finish();
 }
 
+/// White metal under a light alone: by the levels of an engine's cube, whole ones and between two, under each
+/// environment, turned; side by side with brute force, and as a difference from it.
+#[test]
+fn a_light_alone() {
+    let Some(mut compared) = Compared::new("a_light_alone") else { return };
+    let knot = Arc::new(mesh::shape("torus-knot").unwrap());
+    let turn = Rotation::from_yaw_pitch_roll(0.7, -0.4, 0.2);
+    for (name, looks) in scenes::white_metals() {
+        let scene = Scene::row(Arc::clone(looks[0].light()), &knot, looks);
+        assert!(scene.shows_light() && scene.first_mode() == Mode::Prefiltered);
+        let one = shot(&scene, Show::One(Mode::Prefiltered));
+        compared.add("one", name, &scene, &Shot { size: [200, 90], turn, ..one.clone() });
+        let split = Show::Split { left: Mode::Prefiltered, right: Mode::BruteForce, at: 0.5 };
+        let difference = Show::Difference { of: Mode::Prefiltered, from: Mode::BruteForce, amplify: 1.0 };
+        for (kind, show) in [("a split", split), ("a difference", difference)] {
+            compared.add(kind, name, &scene, &Shot { size: [160, 60], samples: 2, show, ..one.clone() });
+        }
+    }
+    compared.finish();
+}
+
 /// Two brushed knots, one of which is a mirror image, under a turned light, from outside and inside.
 #[test]
 fn every_setting_of_a_shot_by_tables() {

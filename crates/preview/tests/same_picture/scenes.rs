@@ -8,10 +8,10 @@ use brdf::{
 };
 use envmap::Environment;
 use mesh::Mesh;
-use preview::{CompactMap, CompactTaps, Light, Look, MapSizes};
+use preview::{CompactMap, CompactTaps, Light, Look, MapSizes, PrefilteredCube};
 use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
-use sphere::LatLong;
+use sphere::{Cube, LatLong};
 use taps::{ScaleSpace, Widths, fit, fit_facets};
 use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
 
@@ -115,6 +115,25 @@ pub(crate) fn compact() -> &'static [Named] {
             }
         }
         looks
+    });
+    &LOOKS
+}
+
+/// White metals under each environment, with a cube of four levels: the first metal reads the first level,
+/// the second one between two, the last one past the end.
+pub(crate) fn white_metals() -> &'static [(&'static str, Vec<Arc<Look>>)] {
+    static LOOKS: LazyLock<Vec<(&'static str, Vec<Arc<Look>>)>> = LazyLock::new(|| {
+        let metals = |(name, environment): (&'static str, Environment)| {
+            let level = |edge| environment.cube_map(Cube { edge }).unwrap();
+            let cube = Arc::new(PrefilteredCube::new([16, 8, 4, 2].map(level).into()).unwrap());
+            let light = Arc::new(Light::new(environment, None));
+            let look = |(roughness, level)| {
+                let cube = Some((Arc::clone(&cube), level));
+                Arc::new(Look::of_white_metal(Arc::clone(&light), roughness, cube).unwrap())
+            };
+            (name, [(0.4, 0.0), (0.6, 1.3), (1.0, 7.0)].map(look).into())
+        };
+        environments().into_iter().map(metals).collect()
     });
     &LOOKS
 }

@@ -32,6 +32,7 @@ mod pipeline;
 mod prefilter;
 mod preview;
 mod preview_catalog;
+mod preview_light;
 mod progress;
 mod project_sh;
 mod reference;

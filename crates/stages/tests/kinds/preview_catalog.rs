@@ -43,7 +43,7 @@ inputs = { lighting = "lighting", brdf = "coefficients" }
 "#;
 
 /// A project of two lights and two paints, with more stages.
-fn project(stages: &str) -> (tempfile::TempDir, Plan) {
+pub(crate) fn project(stages: &str) -> (tempfile::TempDir, Plan) {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -68,11 +68,11 @@ fn project(stages: &str) -> (tempfile::TempDir, Plan) {
     (folder, plan)
 }
 
-fn load(folder: &Path) -> Plan {
+pub(crate) fn load(folder: &Path) -> Plan {
     Plan::load(&folder.join("pipeline.toml"), &kinds()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn build(plan: &Plan) -> ResultsSnapshot {
+pub(crate) fn build(plan: &Plan) -> ResultsSnapshot {
     let failed = |event: Event| assert!(!matches!(event, Event::Failed { .. }), "{event:?}");
     engine::build(plan, &BuildOptions::default(), &Cancel::default(), &failed).unwrap();
     ResultsSnapshot::open(plan).unwrap()

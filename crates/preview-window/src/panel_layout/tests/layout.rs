@@ -1,6 +1,7 @@
 //! Where the picture, its captions and the controls over it are, in a window of any size.
 
 use super::*;
+use crate::inspector::missing;
 
 #[test]
 fn without_panels_the_picture_fills_the_width() {
