@@ -89,6 +89,9 @@ impl Look {
     /// The look of a light alone: a white metal of some roughness, which loses no light, shows it. With a
     /// cube of an engine and the level that it reads for that roughness, [`crate::Mode::Prefiltered`] shows
     /// that.
+    ///
+    /// # Errors
+    /// If the roughness is above 1 or not a number.
     pub fn of_white_metal(
         light: Arc<Light>,
         roughness: f64,
