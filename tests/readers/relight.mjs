@@ -41,11 +41,12 @@ try {
 	await page.setViewport( { width: 1100, height: 800 } );
 	await page.goto( `${address}/relight.html` );
 	await page.waitForFunction( 'window.measure', { timeout: 60000, polling: 200 } );
+	const reader = await page.evaluate( () => window.reader );
 	for ( const { name, code, files, view } of cases ) {
 
 		const { still, turned, vertices } = await page.evaluate( ( ...given ) => window.measure( ...given ), code, files, view );
 		const text = `${still.toExponential( 1 )}, turned ${turned.toExponential( 1 )}, of ${vertices} vertices`;
-		console.log( `three r187	relight: ${name}	${text}${still < MOST && turned < MOST ? '' : ' WRONG'}` );
+		console.log( `${reader}\trelight/${name}\t${text}${still < MOST && turned < MOST ? '' : ' WRONG'}` );
 
 	}
 
