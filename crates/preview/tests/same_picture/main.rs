@@ -113,17 +113,17 @@ fn compact_maps() {
 #[test]
 fn a_light_alone() {
     let Some(mut compared) = Compared::new("a_light_alone") else { return };
-    let knot = Arc::new(mesh::shape("torus-knot").unwrap());
+    let ball = Arc::new(mesh::shape("sphere").unwrap());
     let turn = Rotation::from_yaw_pitch_roll(0.7, -0.4, 0.2);
     for (name, looks) in scenes::white_metals() {
-        let scene = Scene::row(Arc::clone(looks[0].light()), &knot, looks);
+        let scene = Scene::row(Arc::clone(looks[0].light()), &ball, looks);
         assert!(scene.shows_light() && scene.first_mode() == Mode::Prefiltered);
         let one = shot(&scene, Show::One(Mode::Prefiltered));
-        compared.add("one", name, &scene, &Shot { size: [200, 90], turn, ..one.clone() });
+        compared.add("one", name, &scene, &Shot { size: [320, 160], turn, ..one.clone() });
         let split = Show::Split { left: Mode::Prefiltered, right: Mode::BruteForce, at: 0.5 };
         let difference = Show::Difference { of: Mode::Prefiltered, from: Mode::BruteForce, amplify: 1.0 };
         for (kind, show) in [("a split", split), ("a difference", difference)] {
-            compared.add(kind, name, &scene, &Shot { size: [160, 60], samples: 2, show, ..one.clone() });
+            compared.add(kind, name, &scene, &Shot { size: [240, 96], show, ..one.clone() });
         }
     }
     compared.finish();
