@@ -118,8 +118,8 @@ impl Scene {
         self.objects.iter().all(|object| object.offers(mode))
     }
 
-    /// The mode to show as long as nobody has chosen one: taps if there are some, otherwise the local SHRM; of
-    /// a light alone the cube of an engine, or brute force if there is none.
+    /// The mode to show as long as nobody has chosen one: taps if there are some, otherwise the local SHRM;
+    /// of a light alone the cube of an engine, or brute force if there is none.
     pub fn first_mode(&self) -> Mode {
         match (self.offers(Mode::Taps), self.shows_light()) {
             (true, _) => Mode::Taps,
@@ -156,8 +156,8 @@ impl Scene {
         })
     }
 
-    /// A ball around all objects, and their height, for a camera. For a single mesh it is [`Mesh::bounds`] at its place. If
-    /// nothing has a size, its radius is 1.
+    /// A ball around all objects, and their height, for a camera. For a single mesh it is [`Mesh::bounds`] at
+    /// its place. If nothing has a size, its radius is 1.
     pub fn framing(&self) -> Framing {
         let balls: Vec<(DVec3, f64)> = self.objects.iter().filter_map(Object::ball).collect();
         let least = balls.iter().map(|(centre, radius)| centre - DVec3::splat(*radius)).reduce(DVec3::min);

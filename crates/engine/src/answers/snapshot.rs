@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::build::{arriving, exported_files, failure_of, item_subject};
 use crate::error::Error;
 use crate::key::Digest;
-use crate::kinds::{Failure, Handle, Product};
+use crate::kinds::{Failure, Handle, Product, is_left_out};
 use crate::parallel;
 use crate::plan::{ItemIndex, Plan};
 use crate::storage::{Blob, BlobFile, Record, State, Store, Tag};

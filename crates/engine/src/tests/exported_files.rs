@@ -106,7 +106,7 @@ fn a_failed_export_skips_what_needs_its_size() {
 
 #[test]
 fn only_a_port_that_asks_for_sizes_takes_an_export() {
-    let mut project = project();
+    let project = project();
     project.edit("input = \"pair\"", "input = \"text\"");
     let error = Plan::load(&project.path("pipeline.toml"), &project.kinds).err().unwrap().to_string();
     assert_has(
