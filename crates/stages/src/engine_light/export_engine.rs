@@ -162,7 +162,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
