@@ -19,6 +19,40 @@ fn place(x: usize, y: usize) -> usize {
     })
 }
 
+/// The other side that a number of a tile can take.
+#[derive(Clone, Copy)]
+struct Step {
+    /// How far the number is from the middle, in steps.
+    off: f64,
+    /// Its place among equally good ones.
+    order: usize,
+    /// Its texel.
+    at: usize,
+    /// What the step adds to the sum.
+    size: f64,
+}
+
+impl Step {
+    fn is_before(&self, other: &Self) -> bool {
+        (self.off, self.order) < (other.off, other.order)
+    }
+}
+
+/// The step nearest to the middle, of those after the last one, that makes an error smaller.
+fn next_step(steps: &[Step], last: Option<Step>, error: f64) -> Option<Step> {
+    // A step that all texels of a tile could not make up the error with only adds noise.
+    let helps =
+        |size: f64| (error + size).abs() < error.abs() && size.abs() * (EDGE * EDGE) as f64 > error.abs();
+    let mut next: Option<Step> = None;
+    for step in steps {
+        let is_next = next.is_none_or(|next| step.is_before(&next));
+        if is_next && helps(step.size) && last.is_none_or(|last| last.is_before(step)) {
+            next = Some(*step);
+        }
+    }
+    next
+}
+
 /// Whether each number of images of `width` x `height` texels takes the upper of the two that enclose it.
 ///
 /// `enclosing` gives the two of a texel by channel; what lies outside of them takes the nearer.
@@ -41,8 +75,7 @@ pub(crate) fn upper(
                 let around: Vec<[[f64; 2]; 3]> = tile.iter().map(|&at| enclosing(&texels[at])).collect();
                 for channel in 0..3 {
                     let mut error = 0.0;
-                    // How far a number is from the middle, in steps; its place; the step that it can take.
-                    let mut steps: Vec<(f64, usize, usize, f64)> = Vec::with_capacity(tile.len());
+                    let mut steps: Vec<Step> = Vec::with_capacity(tile.len());
                     for (&at, around) in tile.iter().zip(&around) {
                         let [low, high] = around[channel];
                         // NaN is 0 by `max`.
@@ -53,17 +86,16 @@ pub(crate) fn upper(
                         if low < value && value < high {
                             let off = ((value - low) / (high - low) - 0.5).abs();
                             let order = place(at % width - left, at / width);
-                            steps.push((off, order, at, if rises { low - high } else { high - low }));
+                            let size = if rises { low - high } else { high - low };
+                            steps.push(Step { off, order, at, size });
                         }
                     }
-                    steps.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                    for (_, _, at, step) in steps {
-                        // A step that all texels of a tile could not make up the error with only adds noise.
-                        let helps = (error + step).abs() < error.abs();
-                        if helps && step.abs() * (EDGE * EDGE) as f64 > error.abs() {
-                            error += step;
-                            upper[at][channel] ^= true;
-                        }
+                    // Few steps are taken, so that finding each is faster than sorting all.
+                    let mut last = None;
+                    while let Some(step) = next_step(&steps, last, error) {
+                        error += step.size;
+                        upper[step.at][channel] ^= true;
+                        last = Some(step);
                     }
                 }
             }

@@ -145,16 +145,10 @@ fn write(env: &BabylonEnv, recipe: Option<&str>) -> Result<Encoded, Error> {
     }
     let (mut images, mut places) = (Vec::new(), Vec::new());
     let mut negative = 0;
-    for cube in std::iter::once(cube).chain(irradiance_cube) {
-        for (level, texels) in cube.levels().enumerate() {
-            let [edge, ..] = cube.level_size(level);
-            for face in texels.chunks_exact(edge * edge) {
-                let packed = rgbd::write_face(edge, face)?;
-                places.push(Place { length: packed.bytes.len(), position: images.len() });
-                images.extend(packed.bytes);
-                negative += packed.negative;
-            }
-        }
+    for packed in rgbd::write_faces(std::iter::once(cube).chain(irradiance_cube))? {
+        places.push(Place { length: packed.bytes.len(), position: images.len() });
+        images.extend(packed.bytes);
+        negative += packed.negative;
     }
     let faces = places.split_off(6 * cube.levels().len());
     let texture = irradiance_cube.as_ref().map(|cube| IrradianceTexture { size: cube.width, faces });

@@ -22,11 +22,16 @@ use sh::f64x4::SimdLevel;
 
 pub(crate) use self::block::EDGE;
 use self::block::{BYTES, Colours, TEXELS, TexelSet, WHOLE};
+use self::line::{EVEN, Lane};
 use self::search::WantedLight;
 use crate::precision::to_half;
 
 /// Rows of blocks that are written one after the other.
 const STRIP: usize = 16;
+
+/// How much the square of a texel at the border of an image counts. The faces of a cube meet there, and the
+/// ends of a panorama, and blocks do not know of those beyond.
+const BORDER_WEIGHT: f32 = 2.0;
 
 /// Images of some size, which lie one after the other.
 struct Images<'a> {
@@ -63,6 +68,18 @@ impl Images<'_> {
         };
         (0..TEXELS).filter(is_inside).fold(0, |set, texel| set | 1 << texel)
     }
+
+    /// How much each texel of a block counts. In images of one block a side nearly all are at the border.
+    fn weights(&self, row: usize, column: usize) -> Lane {
+        if self.width.min(self.height) < 2 * EDGE {
+            return EVEN;
+        }
+        std::array::from_fn(|texel| {
+            let (y, x) = (EDGE * row + texel / EDGE, EDGE * column + texel % EDGE);
+            let is_border = y == 0 || x == 0 || y + 1 >= self.height || x + 1 >= self.width;
+            if is_border { BORDER_WEIGHT } else { 1.0 }
+        })
+    }
 }
 
 /// Images of `width` x `height` texels, whose texels are as near as blocks allow, in logarithms.
@@ -70,7 +87,8 @@ pub(crate) fn encode_nearest(width: usize, height: usize, texels: &[[f32; 3]]) -
     encode_images(&Images { width, height, texels }, false)
 }
 
-/// Images of `width` x `height` texels, which keep their light. Blocks past the edge repeat its texels.
+/// Images of `width` x `height` texels, which keep their light, with less error at their borders. Blocks past
+/// the edge repeat its texels.
 pub(crate) fn encode(width: usize, height: usize, texels: &[[f32; 3]]) -> Vec<u8> {
     encode_images(&Images { width, height, texels }, true)
 }
@@ -108,12 +126,12 @@ impl WithSimd for Strip<'_> {
             for step in 0..columns {
                 let column = if row % 2 == 0 { step } else { columns - 1 - step };
                 let colours = images.block(image, row, column);
-                let (texels, wanted) = if keeps_light {
-                    (WHOLE, Some(wanted(&colours, owed)))
+                let (texels, weights, wanted) = if keeps_light {
+                    (WHOLE, images.weights(row, column), Some(wanted(&colours, owed)))
                 } else {
-                    (images.inside(row, column), None)
+                    (images.inside(row, column), EVEN, None)
                 };
-                let found = search::encode(&colours, texels, wanted.map(|(_, wanted)| wanted));
+                let found = search::encode(&colours, texels, &weights, wanted.map(|(_, wanted)| wanted));
                 blocks[column] = found.bytes;
                 if let Some((light, _)) = wanted {
                     owed = [0, 1, 2].map(|c: usize| owed[c] + light[c] - found.light[c]);
@@ -238,7 +256,7 @@ mod tests {
         let modes: Vec<&block::BlockMode> = block::ONE_LINE.iter().chain(&block::TWO_LINES).collect();
         let mut seen = vec![0; modes.len()];
         for colours in random_blocks(6000) {
-            let search::Encoded { bytes, error, .. } = search::encode(&colours, WHOLE, None);
+            let search::Encoded { bytes, error, .. } = search::encode(&colours, WHOLE, &EVEN, None);
             let is = |mode: &&block::BlockMode| mode.is_of(&bytes);
             seen[modes.iter().position(is).unwrap()] += 1;
             let mut found = [0_u16; 3 * TEXELS];

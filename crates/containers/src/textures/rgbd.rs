@@ -3,15 +3,63 @@
 //! With D = floor(255 / max(1, the largest channel)), at most 255, a channel is the byte (value * D /
 //! 255)^(1/2.2) and the alpha is D (Babylon.js helperFunctions.fx, toRGBD and fromRGBD).
 
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use super::texel::Packed;
+use super::texture::Texture;
 use crate::error::Error;
 use crate::format::Format;
 use crate::images::{png, webp};
 use crate::rounding;
 
 const GAMMA: f32 = 2.2;
+
+/// What is known of the 256 codes of a channel.
+struct Codes {
+    /// The value that each stands for, of 1.
+    values: [f32; 256],
+    /// The least number that becomes each, or one above it.
+    least: [f32; 256],
+    /// The code of the least number with these upper 16 bits, counted from those of `least[1]`.
+    by_upper_bits: Vec<u8>,
+}
+
+/// Powers are slow: each is taken once.
+static CODES: LazyLock<Codes> = LazyLock::new(|| {
+    let values = std::array::from_fn(|code| math::pow(code as f32 / 255.0, GAMMA));
+    let least = std::array::from_fn(|code| {
+        // What is about a code may have become it by the last bits of the root.
+        let is_code = |value: f32| 255.0 * math::pow(value, 1.0 / GAMMA) >= code as f32;
+        let mut least: f32 = values[code];
+        while least > 0.0 && is_code(least.next_down()) {
+            least = least.next_down();
+        }
+        least
+    });
+    let upper_bits = least[1].to_bits() >> 16..=1.0_f32.to_bits() >> 16;
+    let code = |bits: u32| {
+        let above = least.iter().position(|least| *least > f32::from_bits(bits << 16));
+        (above.unwrap_or(256) - 1) as u8
+    };
+    Codes { values, least, by_upper_bits: upper_bits.map(code).collect() }
+});
+
+impl Codes {
+    /// The highest code that stands for at most this number, from 0 to 1.
+    fn below(&self, value: f32) -> u8 {
+        if value < self.least[1] {
+            return 0;
+        }
+        let at = (value.to_bits() >> 16) - (self.least[1].to_bits() >> 16);
+        let mut code = self.by_upper_bits[at as usize];
+        while code < u8::MAX && self.least[usize::from(code) + 1] <= value {
+            code += 1;
+        }
+        code
+    }
+}
 
 /// The codes that enclose a colour, and its divisor.
 fn enclosing(texel: [f32; 3]) -> ([[u8; 2]; 3], u8) {
@@ -20,10 +68,7 @@ fn enclosing(texel: [f32; 3]) -> ([[u8; 2]; 3], u8) {
     let largest = texel.iter().fold(1.0_f32, |a, b| a.max(*b));
     let divisor = (255.0 / largest).floor().max(1.0);
     let codes = |value: f32| {
-        let scaled = (value * divisor / 255.0).min(1.0);
-        let code = (255.0 * math::pow(scaled, 1.0 / GAMMA)) as u8;
-        // What is about a code may have become the one below by its last bits.
-        let code = if code < u8::MAX && of_code(code + 1) <= scaled { code + 1 } else { code };
+        let code = CODES.below((value * divisor / 255.0).min(1.0));
         [code, code.saturating_add(1)]
     };
     (texel.map(codes), divisor as u8)
@@ -31,15 +76,27 @@ fn enclosing(texel: [f32; 3]) -> ([[u8; 2]; 3], u8) {
 
 /// The value that a code stands for, of 1.
 fn of_code(code: u8) -> f32 {
-    math::pow(f32::from(code) / 255.0, GAMMA)
+    CODES.values[usize::from(code)]
 }
 
 fn unpack([r, g, b, divisor]: [u8; 4]) -> [f32; 3] {
     [r, g, b].map(|code| of_code(code) * 255.0 / f32::from(divisor.max(1)))
 }
 
+/// The faces of all levels of cubes, one after the other.
+pub(crate) fn write_faces<'a>(cubes: impl IntoIterator<Item = &'a Texture>) -> Result<Vec<Packed>, Error> {
+    let mut faces = Vec::new();
+    for cube in cubes {
+        for (level, texels) in cube.levels().enumerate() {
+            let [edge, ..] = cube.level_size(level);
+            faces.extend(texels.chunks_exact(edge * edge).map(|face| (edge, face)));
+        }
+    }
+    faces.into_par_iter().map(|(edge, texels)| write_face(edge, texels)).collect()
+}
+
 /// A face as a PNG, the last row first.
-pub(crate) fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Error> {
+fn write_face(edge: usize, texels: &[[f32; 3]]) -> Result<Packed, Error> {
     let values = |texel: &[f32; 3]| {
         let (codes, divisor) = enclosing(*texel);
         let value = |code: u8| f64::from(of_code(code)) * 255.0 / f64::from(divisor);
@@ -101,6 +158,26 @@ mod tests {
             assert!((found / expected - 1.0).abs() < 0.02, "{value}: {found}");
         }
         assert_eq!(through([1e6, -1.0, f32::NAN]), [255.0, 0.0, 0.0]);
+    }
+
+    /// The table of codes against the power, at numbers about each code and between.
+    #[test]
+    fn a_code_is_the_root_rounded_down() {
+        for code in 0..=u8::MAX {
+            let value = of_code(code);
+            for step in -40..=40 {
+                let number = match step {
+                    -30..=30 => f32::from_bits(value.to_bits().saturating_add_signed(step)),
+                    _ => value * (1.0 + step as f32 / 8000.0),
+                };
+                if (0.0..=1.0).contains(&number) {
+                    let root = (255.0 * math::pow(number, 1.0 / GAMMA)) as u8;
+                    let above = root < u8::MAX && of_code(root + 1) <= number;
+                    assert_eq!(CODES.below(number), root + u8::from(above), "{number}");
+                }
+            }
+        }
+        assert_eq!([-0.0, 0.0, 1e-30, 1.0].map(|number| CODES.below(number)), [0, 0, 0, 255]);
     }
 
     #[test]

@@ -164,7 +164,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
@@ -269,7 +269,15 @@ impl Kind for ExportEngine {
                 let cube = prefiltered(preset, environment, edge, reporter)?;
                 if parameters.skybox().is_some() {
                     let edge = parameters.skybox_resolution.unwrap_or_else(|| skybox_edge(environment));
-                    sky = Some(environment.cube_map(Cube { edge })?);
+                    // The mirror may be that cube already.
+                    let mirror = cube.levels.first().filter(|level| {
+                        let is_mirror = level.method == LevelMethod::Resampled && level.negative == 0;
+                        is_mirror && level.map.cube().edge == edge
+                    });
+                    sky = Some(match mirror {
+                        Some(level) => level.map.clone(),
+                        None => environment.cube_map(Cube { edge })?,
+                    });
                 }
                 cube_files(target, &cube, context)?
             } else {

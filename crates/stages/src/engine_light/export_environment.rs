@@ -253,7 +253,7 @@ impl Kind for ExportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-environment";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("export_environment.rs");
 

@@ -9,12 +9,17 @@ use super::block::{BlockMode, Colours, TEXELS, TexelSet, contains, quantise, unq
 /// A number for each texel of a block.
 pub(crate) type Lane = [f32; TEXELS];
 
+/// All texels count alike.
+pub(crate) const EVEN: Lane = [1.0; TEXELS];
+
 /// The colours of a block, by channel.
 pub(crate) struct Block {
     /// The bits of halves, less `mean`.
     pub(crate) around: [Lane; 3],
     /// The mean of the bits over the texels that count, rounded.
     pub(crate) mean: [f32; 3],
+    /// How much the square of each texel counts.
+    pub(crate) weights: Lane,
 }
 
 /// A line through colour space, as it is stored.
@@ -23,7 +28,7 @@ pub(crate) struct ColourLine {
     pub(crate) ends: [[i32; 3]; 2],
     /// The place of each texel on the line, also of those that are not on it.
     pub(crate) indices: [u32; TEXELS],
-    /// The sum of squares over the texels on the line and channels.
+    /// The weighted sum of squares over the texels on the line and channels.
     pub(crate) error: f32,
     /// The sum of the texels' red, green and blue, not of their bits.
     pub(crate) light: [f32; 3],
@@ -47,9 +52,9 @@ impl ColourLine {
 }
 
 impl Block {
-    /// Colours, of which those of some texels count.
+    /// Colours, of which those of some texels count, each with a weight.
     #[inline(always)]
-    pub(crate) fn new(colours: &Colours, texels: TexelSet) -> Self {
+    pub(crate) fn new(colours: &Colours, texels: TexelSet, weights: &Lane) -> Self {
         let mut sum = [0; 3];
         for texel in (0..TEXELS).filter(|&texel| contains(texels, texel)) {
             for channel in 0..3 {
@@ -63,7 +68,7 @@ impl Block {
                 lane[texel] = (colours[texel][channel] - mean[channel]) as f32;
             }
         }
-        Self { around, mean: mean.map(|mean| mean as f32) }
+        Self { around, mean: mean.map(|mean| mean as f32), weights: *weights }
     }
 }
 
@@ -209,6 +214,9 @@ pub(crate) fn through<const PLACES: usize, const LIGHT: bool>(
             light[channel] = total(&values);
         }
     }
+    for i in 0..TEXELS {
+        errors[i] *= block.weights[i];
+    }
     ColourLine { ends, indices, error: dot(&errors, mask), light }
 }
 
@@ -233,7 +241,13 @@ pub(crate) fn least_squares<const PLACES: usize>(
         near[i] = (1.0 - share) * mask[i];
         far[i] = share * mask[i];
     }
-    let (aa, ab, bb) = (dot(&near, &near), dot(&near, &far), dot(&far, &far));
+    // What the equations of a texel count.
+    let (mut weighted_near, mut weighted_far) = (near, far);
+    for i in 0..TEXELS {
+        weighted_near[i] *= block.weights[i];
+        weighted_far[i] *= block.weights[i];
+    }
+    let (aa, ab, bb) = (dot(&weighted_near, &near), dot(&weighted_near, &far), dot(&weighted_far, &far));
     let determinant = aa * bb - ab * ab;
     if determinant < 1e-4 {
         return None;
@@ -241,7 +255,7 @@ pub(crate) fn least_squares<const PLACES: usize>(
     let mut ends = [[0.0; 3]; 2];
     for channel in 0..3 {
         let lane = &block.around[channel];
-        let (a, b) = (dot(lane, &near), dot(lane, &far));
+        let (a, b) = (dot(lane, &weighted_near), dot(lane, &weighted_far));
         ends[0][channel] = (a * bb - b * ab) / determinant;
         ends[1][channel] = (b * aa - a * ab) / determinant;
     }

@@ -65,18 +65,23 @@ struct Fitted {
 /// A block as it is stored.
 pub(crate) struct Encoded {
     pub(crate) bytes: [u8; BYTES],
-    /// The sum of squares over the texels that count and channels, in the integers of halves, before texels
-    /// moved to keep the light.
+    /// The weighted sum of squares over the texels that count and channels, in the integers of halves, before
+    /// texels moved to keep the light.
     #[cfg_attr(not(test), expect(dead_code, reason = "tests compare it with a decoder's"))]
     pub(crate) error: f32,
     /// The sum of the texels' colours, if light was wanted.
     pub(crate) light: [f32; 3],
 }
 
-/// A block of colours, of which those of some texels count.
+/// A block of colours, of which those of some texels count, each with a weight.
 #[inline(always)]
-pub(crate) fn encode(colours: &Colours, texels: TexelSet, wanted: Option<WantedLight>) -> Encoded {
-    let block = Block::new(colours, texels);
+pub(crate) fn encode(
+    colours: &Colours,
+    texels: TexelSet,
+    weights: &Lane,
+    wanted: Option<WantedLight>,
+) -> Encoded {
+    let block = Block::new(colours, texels, weights);
     let all = mask(texels);
     let mut best = one_line(&block, &all);
     let enough = ONE_LINE_ERROR * ONE_LINE_ERROR * (3 * texels.count_ones()) as f32;
@@ -275,7 +280,8 @@ impl Fitted {
                 let (values, bits) = (&values[part], &bits[part][new]);
                 let light = [0, 1, 2].map(|c: usize| found[c] - values[old][c] + values[new][c]);
                 let off = [0, 1, 2].map(|c: usize| bits[c] - block.around[c][texel]);
-                (off[0] * off[0] + off[1] * off[1] + off[2] * off[2] + wanted.all(light), light)
+                let squares = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+                (block.weights[texel] * squares + wanted.all(light), light)
             };
             let (mut least, mut chosen) = (with(old), old);
             for new in [old.wrapping_sub(1), old + 1] {

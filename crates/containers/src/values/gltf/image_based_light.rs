@@ -72,21 +72,15 @@ fn write(light: &ImageBasedLight, recipe: Option<&str>) -> Result<Encoded, Error
     if !irradiance.as_flattened().iter().all(|value| value.is_finite()) {
         return Err(Error::new(ErrorKind::Unwritable, "a coefficient of the irradiance is not finite"));
     }
-    let (mut images, mut levels) = (Vec::new(), Vec::new());
-    let mut negative = 0;
-    for (level, texels) in cube.levels().enumerate() {
-        let [edge, ..] = cube.level_size(level);
-        let mut faces = Vec::new();
-        for face in texels.chunks_exact(edge * edge) {
-            let packed = rgbd::write_face(edge, face)?;
-            faces.push(images.len());
-            images.push(json!({
-                "uri": format!("{PNG_DATA}{}", STANDARD.encode(&packed.bytes)), "mimeType": "image/png"
-            }));
-            negative += packed.negative;
-        }
-        levels.push(faces);
+    let (mut images, mut negative) = (Vec::new(), 0);
+    for face in rgbd::write_faces([cube])? {
+        images.push(json!({
+            "uri": format!("{PNG_DATA}{}", STANDARD.encode(&face.bytes)), "mimeType": "image/png"
+        }));
+        negative += face.negative;
     }
+    let levels: Vec<[usize; 6]> =
+        (0..cube.levels().len()).map(|level| std::array::from_fn(|face| 6 * level + face)).collect();
     let mut asset = "\"generator\": \"Specula\", \"version\": \"2.0\"".to_owned();
     if let Some(recipe) = recipe {
         // As it is given, byte for byte.
