@@ -49,7 +49,7 @@ impl Kind for ImportMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-mesh";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[mesh::revisions::TANGENTS];
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;

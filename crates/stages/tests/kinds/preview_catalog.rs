@@ -36,14 +36,14 @@ input = "material"
 degree = [2, 1]
 "#;
 
-const REFLECTION: &str = r#"
+pub(crate) const REFLECTION: &str = r#"
 [stage.reflection]
 kind = "convolve"
 inputs = { lighting = "lighting", brdf = "coefficients" }
 "#;
 
 /// A project of two lights and two paints, with more stages.
-fn project(stages: &str) -> (tempfile::TempDir, Plan) {
+pub(crate) fn project(stages: &str) -> (tempfile::TempDir, Plan) {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -68,11 +68,11 @@ fn project(stages: &str) -> (tempfile::TempDir, Plan) {
     (folder, plan)
 }
 
-fn load(folder: &Path) -> Plan {
+pub(crate) fn load(folder: &Path) -> Plan {
     Plan::load(&folder.join("pipeline.toml"), &kinds()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn build(plan: &Plan) -> ResultsSnapshot {
+pub(crate) fn build(plan: &Plan) -> ResultsSnapshot {
     let failed = |event: Event| assert!(!matches!(event, Event::Failed { .. }), "{event:?}");
     engine::build(plan, &BuildOptions::default(), &Cancel::default(), &failed).unwrap();
     ResultsSnapshot::open(plan).unwrap()
@@ -274,7 +274,7 @@ fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_
 }
 
 /// Builds only these stages and those that they need.
-fn build_only(plan: &Plan, stages: &[&str]) -> ResultsSnapshot {
+pub(crate) fn build_only(plan: &Plan, stages: &[&str]) -> ResultsSnapshot {
     let stages = stages.iter().map(ToString::to_string).collect();
     let only = BuildOptions { stages, ..BuildOptions::default() };
     engine::build(plan, &only, &Cancel::default(), &|_| {}).unwrap();
