@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Reads what Specula writes with the readers of other programs, by values: a table of readers and files with the largest
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
-# The layout of pages is measured in a browser, pages.mjs. Skies are shown there, sky.html, and compact maps are drawn with,
-# three.html and babylon.html, of which screenshots lie in target/readers/files/taps.
+# The layout of pages is measured in a browser, pages.mjs. Skies are shown there, sky.html, meshes are relit, relight.html,
+# and compact maps are drawn with, three.html and babylon.html; screenshots lie in target/readers/files/relight and taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian, into target/readers; remove that folder to try again what was missing.
 set -euo pipefail
@@ -107,6 +107,21 @@ else
 fi
 "$specula" -C gltf build >gltf/build.log 2>&1 || { cat gltf/build.log; exit 1; }
 
+# Meshes with transfer, matte and glossy, for the code of docs/relighting.md.
+mkdir -p relight/meshes relight/assets relight/materials
+cp "$here/relight.toml" relight/pipeline.toml
+cp "$assets/studio.exr" "$assets/../white.toml" relight/
+cp "$assets"/../brushed/*.toml relight/materials/
+cp "$assets/../meshes/knot.glb" relight/meshes/
+../py/bin/python "$here/twice.py" relight/meshes/knot.glb relight/assets/twice
+if [ -d "${SPECULA_CORPUS:-}" ]; then
+    cp "$SPECULA_CORPUS/mesh/suzi.glb" relight/meshes/
+    cp "$SPECULA_CORPUS"/mesh/FlightHelmet/* relight/assets/
+else
+    skip "a monkey and a helmet that are relit" "SPECULA_CORPUS is not set"
+fi
+"$specula" -C relight build >relight/build.log 2>&1 || { cat relight/build.log; exit 1; }
+
 # Skies of engines, as the command without a manifest writes them.
 "$specula" test-pattern --preset blender pattern >/dev/null 2>&1
 for engine in three babylon filament; do
@@ -134,11 +149,12 @@ fi
 if [ -d node_modules/three ]; then
     node "$here/readers.mjs" files >> results || echo "readers.mjs	ended early	WRONG" >> results
     if [ -z "$chromium" ]; then
-        skip "pages, skies and compact maps in browsers" "no Chromium"
+        skip "pages, skies, meshes and compact maps in browsers" "no Chromium"
     elif [ ! -d node_modules/puppeteer-core ]; then
-        skip "pages, skies and compact maps in browsers" "npm cannot install what drives Chromium"
+        skip "pages, skies, meshes and compact maps in browsers" "npm cannot install what drives Chromium"
     else
         node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
+        node "$here/relight.mjs" files/relight "$chromium" "$here/../../docs/relighting.md" >> results || echo "relight.mjs	ended early	WRONG" >> results
         node "$here/pages.mjs" files "$chromium" >> results || echo "pages.mjs	ended early	WRONG" >> results
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
         if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
@@ -148,8 +164,8 @@ if [ -d node_modules/three ]; then
         fi
     fi
 fi
-# A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of skies and compact
-# maps, what sky.mjs and taps.mjs say; of pages, the number of faults of their layout.
+# A line is a reader, a file and the largest error in shares of a pixel's largest channel, or why not; of skies, meshes and
+# compact maps, what sky.mjs, relight.mjs and taps.mjs say; of pages, the number of faults of their layout.
 printf '%-14s %-34s %s\n' reader file "largest error"
 awk -F'\t' '{ printf "%-14s %-34s %s\n", $1, $2, $3 }' results
 ! grep -q WRONG results

@@ -2,6 +2,7 @@
 
 mod artifact;
 mod context;
+mod exported_files;
 mod failure;
 mod gate;
 mod inputs;
@@ -14,6 +15,7 @@ mod steps;
 
 pub use artifact::{Artifact, Handle};
 pub use context::Context;
+pub use exported_files::ExportedFiles;
 pub use failure::Failure;
 pub(crate) use gate::Gate;
 pub use inputs::Inputs;

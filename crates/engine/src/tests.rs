@@ -6,6 +6,7 @@ mod changed;
 mod determinism;
 mod elsewhere;
 mod explanations;
+mod exported_files;
 mod failures;
 mod forced;
 mod hostile;

@@ -13,10 +13,11 @@
 //! | `radiance` | `COLOR_0` VEC3 | the radiance, exposed, clamped to 0 to 1, linear; viewers show it as it is |
 //! | | `_RADIANCE` VEC3 | the radiance itself, signed, in the unit of the light |
 //! | `transfer`, `matte` | `_TRANSFER_0` to `_TRANSFER_6` VEC4 | t_j: component j % 4 of attribute j / 4; zeros after the last |
+//! | `transfer`, with `matrices` | `_TRANSFER_X` and `_TRANSFER_Z` VEC4 | two axes of the vertex' frame; then the column and the row of its first texel |
 //! | `lighting` | `_SH_DEGREE_l_COEF_n` VEC3 | the light's coefficients at the vertex, m = n - l |
 //!
-//! All numbers are 32-bit floats. Beside `_TRANSFER_n` the other attributes with an underscore are VEC4 too,
-//! their fourth number zero: Blender before 5.1 reads no mixture of widths.
+//! All numbers are 32-bit floats. Attributes with an underscore have the width of the widest of them, with
+//! zeros in what they lack: Blender before 5.1 reads no mixture of widths.
 //!
 //! `radiance` comes from `shade-vertices`, `transfer` from `precompute-transfer`; both must be of this mesh.
 //! Without any of them the mesh alone is written, tangents included, with a matte white material.
@@ -57,8 +58,39 @@
 //! is the radiance of a matte surface at that vertex, with the shadows of the mesh, and the light that it
 //! reflects onto itself if that was baked. docs/relighting.md has the shader for three.js, Unity and Unreal.
 //! If red, green and blue have a transfer each, the names are `_RED_TRANSFER_0`, `_GREEN_TRANSFER_0` and so
-//! on. `precompute-transfer` makes vectors with `form = "matte"`. The matrices of other forms need the table
-//! of a material to be of use, and are not written.
+//! on. `precompute-transfer` makes vectors with `form = "matte"`.
+//!
+//! ## Matrices
+//!
+//! Glossy and brushed materials need the matrices T of the other forms, and the material's table:
+//!
+//! ```toml
+//! [stage.glossy]
+//! kind = "export-gltf"
+//! inputs = { mesh = "mesh", transfer = "transfer" }
+//! matrices = "half"
+//! path = "{mesh}"                      # {mesh}/mesh.glb and {mesh}/matrices.ktx2
+//! ```
+//!
+//! `matrices.ktx2` is a texture RGBA16F, or RGBA32F with `"float"`, which `extras` of the mesh name as
+//! `matrices`. A vertex has a run of texels in one row of the texture, from the column on that is the fourth
+//! number of `_TRANSFER_X`, in the row that is that of `_TRANSFER_Z`. Four entries are in a texel: T_0,0 to
+//! T_0,3, then T_0,4 to T_0,7 and so on, with zeros after the last of a row of the matrix; then row 1. If
+//! red, green and blue have a transfer each, all rows of green follow those of red. With the coefficients L_j
+//! of a light, and c_i(v) of `export-brdf-table` at the view v in the frame of the vertex,
+//!
+//! > the sum over i of c_i(v) times the sum over j of T_ij L_j
+//!
+//! is the radiance toward v, as `shade-vertices` has it. The matrices end in the frame of the vertex, so that
+//! only the view is to be turned. Its axes x, the tangent, and z, the normal, are the first three numbers of
+//! `_TRANSFER_X` and `_TRANSFER_Z`, in the axes of the scene, wherever nodes put the mesh; y = z x x.
+//! docs/relighting.md has the shader for three.js.
+//!
+//! Halves are what `precompute-transfer` stores, so that `"half"` loses nothing of `form = "matrices"`; of
+//! `visibility`, whose matrices are made here, it rounds each entry by at most 2.4e-4 of itself. At degree 4
+//! a vertex has 175 texels: 1.4 kB in halves. The texture has at most 4096 columns and 8192 rows: that is
+//! 188,416 vertices, or 57,344 if red, green and blue have a transfer each. With `gltf`, a vertex of the
+//! asset that is several here is an error: give the asset normals and tangents.
 //!
 //! ## Light at the vertices
 //!
@@ -91,19 +123,45 @@
 //!
 //! ## Files
 //!
-//! `.glb` after the item's `path`.
+//! `.glb` after the item's `path`; with `matrices`, `/matrices.ktx2` and `/mesh.glb`.
 
 use std::path::Path;
 
-use containers::{GlbText, VertexAttribute, write_glb, write_into_gltf};
+use containers::{GlbText, Precision, VertexAttribute, write_glb, write_into_gltf};
 use engine::{
-    Artifact, Context, Digest, Failure, Inputs, ItemKey, Kind, Output, Port, Product, Reporter, parameters,
+    Artifact, Context, Digest, Failure, Inputs, ItemKey, Kind, Output, Port, Product, Reporter, choice,
+    parameters,
 };
 use mesh::Mesh;
 use sh::{Degree, Expansion};
 use stages::artifacts;
 use stages::plugin::{STOPS, picture_exposure, report_loss, size};
 use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
+
+use crate::transfer_texture::{MatrixTexture, matrix_texture};
+
+choice! {
+    /// The numbers of the texture of matrices.
+    pub(crate) enum Matrices {
+        /// There is no texture.
+        None = "none",
+        /// 16 bits.
+        Half = "half",
+        /// 32 bits.
+        Float = "float",
+    }
+}
+
+impl Matrices {
+    /// The precision of the texture, if there is one.
+    fn precision(self) -> Option<Precision> {
+        match self {
+            Self::None => None,
+            Self::Half => Some(Precision::Half),
+            Self::Float => Some(Precision::Float),
+        }
+    }
+}
 
 parameters! {
     /// Parameters of `export-gltf`.
@@ -118,12 +176,18 @@ parameters! {
         /// With `lighting`: the highest l that is written, of those that the light has.
         #[range(0..=8)]
         degree: usize = 4,
+        /// Whether the matrices of the transfer are written into a texture beside the file, and whether that
+        /// has 16-bit or 32-bit numbers; see Matrices.
+        matrices: Matrices = Matrices::None,
     }
 }
 
 /// The description of the coefficients in the file, the text of `extras`.
 const BASIS: &str = "real orthonormal spherical harmonics without Condon-Shortley phase, row l*l + l + m, of \
                      the directions (x, y, z) = (z, x, y) of this file: +Z is up";
+
+/// The name of the texture of matrices, beside the file of the mesh.
+const MATRICES: &str = "matrices.ktx2";
 
 /// The kind `export-gltf`.
 pub(crate) struct ExportGltf;
@@ -147,8 +211,11 @@ impl Kind for ExportGltf {
         ]
     }
 
-    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(vec![".glb".into()])
+    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(match parameters.matrices {
+            Matrices::None => vec![".glb".into()],
+            Matrices::Half | Matrices::Float => vec![format!("/{MATRICES}"), "/mesh.glb".into()],
+        })
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
@@ -194,9 +261,11 @@ impl Kind for ExportGltf {
         };
         let vectors = transfer.and_then(vectors);
         let light = vertex_light(&context.inputs)?;
-        if transfer.is_some() && vectors.is_none() && light.is_none() {
+        let texture = matrices(parameters, mesh, transfer, context.recipe())?;
+        if transfer.is_some() && vectors.is_none() && light.is_none() && texture.is_none() {
             return Err(Failure::new("the transfer is not matte, and matrices are not written").help(
-                "bake it with form = \"matte\", or connect `lighting`: what arrives past the mesh is written",
+                "matrices = \"half\" writes them as a texture; or bake the transfer with form = \"matte\", or connect \
+                 `lighting`: what arrives past the mesh is written",
             ));
         }
         if transfer.is_some() || light.is_some() {
@@ -207,25 +276,46 @@ impl Kind for ExportGltf {
             attributes.extend(light_at_vertices(mesh, matrices, light, parameters.degree)?);
         }
         attributes.extend(vectors.into_iter().flatten());
+        if let Some(MatrixTexture { file, size: [columns, rows], attributes: frame }) = &texture {
+            attributes.extend_from_slice(frame);
+            extras.push(("matrices", MATRICES));
+            reporter.note(format!("{MATRICES} has {columns} x {rows} texels: {}", size(file.len() as u64)));
+        }
         widen(&mut attributes);
         reporter.check_cancelled()?;
         let text = GlbText { unlit: radiance.is_some(), extras: &extras, recipe: Some(context.recipe()) };
         let file = match &parameters.gltf {
-            Some(name) => into_asset(name, mesh, &attributes, text, context)?,
+            Some(name) => into_asset(name, mesh, &attributes, text, context, texture.is_some())?,
             None => write_glb(mesh, &attributes, text)?,
         };
         reporter.note(format!("{} vertices: {}", mesh.positions().len(), size(file.len() as u64)));
-        Ok(Output::files(vec![file]))
+        Ok(Output::files(texture.map(|texture| texture.file).into_iter().chain([file]).collect()))
     }
 }
 
-/// The asset of a name with these attributes.
+/// The texture of matrices, if the parameters ask for it.
+fn matrices(
+    parameters: &Parameters,
+    mesh: &Mesh,
+    transfer: Option<&StoredTransfer>,
+    recipe: &str,
+) -> Result<Option<MatrixTexture>, Failure> {
+    let Some(precision) = parameters.matrices.precision() else { return Ok(None) };
+    let Some(transfer) = transfer else {
+        return Err(Failure::new("`matrices` needs a transfer, and none is connected")
+            .help("inputs = { mesh = \"mesh\", transfer = \"transfer\" }"));
+    };
+    matrix_texture(transfer, &Frames::of(mesh)?, precision, recipe).map(Some)
+}
+
+/// The asset of a name with these attributes, of which no vertex has a mean if they name texels.
 fn into_asset(
     name: &str,
     mesh: &Mesh,
     attributes: &[VertexAttribute],
     text: GlbText<'_>,
     context: &Context<'_>,
+    name_texels: bool,
 ) -> Result<Vec<u8>, Failure> {
     let file = of_item(name, context.key())?;
     let path = Path::new(&file);
@@ -234,6 +324,10 @@ fn into_asset(
     let mut beside = |other: &str| context.files.read(&folder.join(other));
     let written = write_into_gltf(&bytes, mesh, attributes, text, &mut beside);
     let written = written.map_err(|failure: Failure| failure.context(format!("cannot write into {file}")))?;
+    if name_texels && written.means > 0 {
+        let message = format!("{} vertices of {file} are several here, with a matrix each", written.means);
+        return Err(Failure::new(message).help("give the asset normals and tangents, or leave out `gltf`"));
+    }
     written.notes.into_iter().for_each(|note| context.reporter.note(note));
     written.warnings.into_iter().for_each(|warning| context.reporter.warn(warning));
     Ok(written.bytes)

@@ -13,6 +13,7 @@ mod import_mesh;
 mod precompute_transfer;
 mod shade_vertices;
 mod tabulate_brdf;
+mod transfer_texture;
 mod vertex_blend;
 
 use engine::Kinds;

@@ -60,8 +60,9 @@
 //! | `visibility` | 4 (O+F+1)^2 = 324 | shadows, exactly; the matrix is made when shading |
 //! | `matte` | 4 (F+1)^2 = 100 | `lambert` alone: the response of a white matte surface, for which O does not matter |
 //!
-//! Matrices are stored in 16-bit numbers; entries below 6.1e-5 become 0. `export-gltf` writes the vectors of
-//! `matte` into a glTF file for engines, and docs/relighting.md has the shader that lights it.
+//! Matrices are stored in 16-bit numbers; entries below 6.1e-5 become 0. For engines, `export-gltf` writes
+//! the vectors of `matte` into a glTF file, and the matrices of both other forms into a texture beside it;
+//! docs/relighting.md has the shaders.
 //!
 //! A transfer of more than 4 GB is refused before the first ray; interreflection has the matrices of two
 //! bounces in memory, for each channel, in 32-bit numbers. A smaller form, lower degrees or fewer vertices

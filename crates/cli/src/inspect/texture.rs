@@ -35,11 +35,12 @@ pub(super) fn texture(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let texts = file.metadata.iter().filter(|(key, _)| *key != "specula");
     let texts: serde_json::Map<String, Value> =
         texts.map(|(key, value)| (key.clone(), json!(value))).collect();
-    let coefficients = texts.contains_key("specula.basis");
+    let units = [("specula.basis", "coefficients of radiance"), ("specula.entries", "entries of matrices")];
+    let unit = units.into_iter().find(|(key, _)| texts.contains_key(*key));
+    let unit = unit.map_or("linear Rec. 709", |(_, unit)| unit);
     if !texts.is_empty() {
         facts.push(("metadata", Value::Object(texts)));
     }
-    let unit = if coefficients { "coefficients of radiance" } else { "linear Rec. 709" };
     facts.extend(range(unit, texture.levels().flatten().map(|pixel| pixel.map(f64::from))));
     Ok(facts)
 }
@@ -114,6 +115,8 @@ mod tests {
             (&json!(216), &json!("[1.000000, -2.000000, none]"))
         );
         assert_eq!(facts["recipe"], json!({}));
+        let bytes = write_ktx2(&cube, Precision::Half, None, &[("specula.entries", "row i")]).unwrap().bytes;
+        assert_eq!(by_label(super::super::describe(&bytes).unwrap())["values"], "entries of matrices");
 
         let volume = Texture { depth: 3, layers: 0, faces: 1, pixels: vec![[0.5; 3]; 12], ..cube };
         let volume = Texture { smaller_levels: vec![vec![[0.25; 3]]], ..volume };

@@ -113,8 +113,8 @@ fn only_what_is_new_is_new() {
     let (document, binary) = dressed();
     let file = glb(&document, &binary);
     let mesh = mesh_of(&file, &Beside::new());
-    let AssetFile { bytes, notes, warnings } = written(&file, &Beside::new(), &numbered(&mesh));
-    assert_eq!((notes, warnings), (vec![], vec![]));
+    let AssetFile { bytes, notes, warnings, means } = written(&file, &Beside::new(), &numbered(&mesh));
+    assert_eq!((notes, warnings, means), (vec![], vec![], 0));
     let (after, numbers) = parts(&bytes);
     let added = document["accessors"].as_array().unwrap().len();
     let view = document["bufferViews"].as_array().unwrap().len();
@@ -168,7 +168,7 @@ fn files_beside_a_document_become_part_of_it() {
         json!([{ "uri": "data/stripes.png", "name": "stripes" }, { "uri": "data/stripes.png" }]);
     let file = document.to_string().into_bytes();
     let mesh = mesh_of(&file, &beside);
-    let AssetFile { bytes, notes, warnings } = written(&file, &beside, &numbered(&mesh));
+    let AssetFile { bytes, notes, warnings, .. } = written(&file, &beside, &numbered(&mesh));
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(
         notes,
@@ -196,7 +196,7 @@ fn every_node_gets_numbers_of_its_own() {
     document["scenes"][0]["nodes"] = json!([0, 1]);
     let file = glb(&document, &binary);
     let mesh = mesh_of(&file, &Beside::new());
-    let AssetFile { bytes, notes, warnings } = written(&file, &Beside::new(), &numbered(&mesh));
+    let AssetFile { bytes, notes, warnings, .. } = written(&file, &Beside::new(), &numbered(&mesh));
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(
         notes,
@@ -221,8 +221,8 @@ fn vertices_that_are_several_get_the_mean() {
     let file = glb(&document, &binary);
     let mesh = mesh_of(&file, &Beside::new());
     assert_eq!(mesh.positions().len(), 6);
-    let AssetFile { bytes, warnings, .. } = written(&file, &Beside::new(), &numbered(&mesh));
-    assert_eq!(warnings.len(), 1);
+    let AssetFile { bytes, warnings, means, .. } = written(&file, &Beside::new(), &numbered(&mesh));
+    assert_eq!((warnings.len(), means), (1, 2));
     assert!(warnings[0].starts_with("2 of 4 vertices of the asset are several here"), "{warnings:?}");
     assert!(warnings[0].contains("off by at most 1.5e0 (_NUMBER)"), "{warnings:?}");
     let (after, numbers) = parts(&bytes);
@@ -303,7 +303,7 @@ fn the_helmet_keeps_its_clothes() {
     let file = std::fs::read(folder.join("FlightHelmet.gltf")).unwrap();
     let mut find = |path: &str| Ok::<_, Error>(Arc::new(std::fs::read(folder.join(path)).unwrap()));
     let mesh = read_gltf(&file, &mut find).unwrap().mesh;
-    let AssetFile { bytes, notes, warnings } =
+    let AssetFile { bytes, notes, warnings, .. } =
         write_into_gltf(&file, &mesh, &numbered(&mesh), GlbText::default(), &mut find).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(notes, ["15 pictures beside the asset become part of the file"]);

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::build::{failure_of, item_subject};
+use crate::build::{arriving, exported_files, failure_of, item_subject};
 use crate::error::Error;
 use crate::key::Digest;
-use crate::kinds::{Failure, Handle, Product, is_left_out};
+use crate::kinds::{Failure, Handle, Product};
 use crate::parallel;
 use crate::plan::{ItemIndex, Plan};
 use crate::storage::{Blob, BlobFile, Record, State, Store, Tag};
@@ -66,8 +66,7 @@ impl ResultsSnapshot {
     /// empty if there are none. 0 for a file that it leaves out.
     pub fn file_sizes(&self, item: ItemIndex) -> Vec<u64> {
         let result = self.result(item).filter(|result| result.handle.is_none());
-        let size = |blob: &Blob| if is_left_out(blob.digest) { 0 } else { blob.bytes };
-        result.map_or_else(Vec::new, |result| result.record.outputs.iter().map(size).collect())
+        result.map_or_else(Vec::new, |result| exported_files(&result.record.outputs).0.bytes)
     }
 
     /// The notes of the run that made the result; empty if the last run failed, so that the result is older.
@@ -84,7 +83,11 @@ impl ResultsSnapshot {
     /// was made again since then, or if the last run failed.
     pub fn is_consistent(&self, plan: &Plan, item: ItemIndex) -> bool {
         let inputs = plan.items[item].inputs.iter().flatten();
-        let inputs = inputs.map(|from| self.get(*from).map(|handle| handle.digest()));
+        let made = |from: ItemIndex| {
+            let product = &plan.stages[plan.items[from].stage].product;
+            arriving(product, &self.result(from)?.record.outputs)
+        };
+        let inputs = inputs.map(|from| made(*from));
         let used = |record: &Record| record.inputs.iter().map(|used| Some(used.digest)).eq(inputs);
         self.good(item).is_some_and(used)
     }

@@ -11,7 +11,9 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::build::{Forecast, Published, Publisher, UpToDateCheck, forecast, forecast_causes};
+use crate::build::{
+    Forecast, Published, Publisher, UpToDateCheck, exported_files, forecast, forecast_causes,
+};
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
 use crate::event::ItemName;
@@ -434,7 +436,10 @@ impl<'a> Records<'a> {
     /// The record of an item's artifact: its latest one, or the newest with the same output. Not that of
     /// another item, which read other files.
     fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
-        let made = |record: &&Record| record.outputs.first().is_some_and(|blob| blob.digest == digest);
+        let made = |record: &&Record| {
+            let artifact = record.outputs.first().map(|blob| blob.digest);
+            artifact == Some(digest) || Digest::of(&exported_files(&record.outputs).1) == digest
+        };
         let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
         let is_of = |record: &&Record| record.item == *name && record.manifest == self.manifest;
         last.or_else(|| self.earlier.iter().filter(is_of).find(made))

@@ -104,7 +104,7 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
             continue;
         }
         let digest = |input: usize| match &forecasts[input] {
-            Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
+            Some(Forecast::Current { outputs, .. }) => check.arriving(input, outputs),
             _ => None,
         };
         let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
@@ -127,7 +127,7 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
 /// For each stale item, the changes that made it stale.
 pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
     let digest = |input: ItemIndex| match &forecasts[input] {
-        Some(Forecast::Current { outputs, .. }) => outputs.first().map(|blob| blob.digest),
+        Some(Forecast::Current { outputs, .. }) => check.arriving(input, outputs),
         _ => None,
     };
     let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());

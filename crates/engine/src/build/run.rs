@@ -12,12 +12,15 @@ use super::publish::{PublishError, PublishEvent, Publisher};
 use super::running::{Dependencies, RunningBuild};
 use super::session::WatchedChanges;
 use super::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action, list};
-use super::up_to_date::UpToDateCheck;
+use super::up_to_date::{UpToDateCheck, exported_files};
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::Reason;
 use crate::key::{Digest, ItemKey};
-use crate::kinds::{Context, Failure, Gate, Handle, KeyedHandles, Output, Product, ShareDone, WHEN_WRITTEN};
+use crate::kinds::{
+    Artifact, Context, ExportedFiles, Failure, Gate, Handle, KeyedHandles, Output, Product, ShareDone,
+    WHEN_WRITTEN,
+};
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};
 use crate::platform::Stamp;
@@ -299,6 +302,15 @@ impl RunContext<'_> {
             }
             Err(error) => Err(failure_of(error)),
         })
+    }
+
+    /// The sizes of the files that an item exported with these outputs.
+    pub(crate) fn sizes(&self, outputs: &[Blob]) -> Arc<Handle> {
+        let (files, encoded) = exported_files(outputs);
+        // For a consumer that runs on another machine.
+        let _ = self.check.state.store.put(&encoded);
+        let handle = self.handle(ExportedFiles::TYPE, Digest::of(&encoded));
+        Arc::new(handle.with_value(Arc::new(files)))
     }
 
     /// Calls an item's kind once.

@@ -260,7 +260,7 @@ impl RunContext<'_> {
                     let from = &self.check.plan.items[*from];
                     InputArtifact {
                         key: if info.shows_keys { from.key.clone() } else { ItemKey::default() },
-                        type_name: self.check.stages[from.stage].artifact.map_or("", |(name, _)| name).into(),
+                        type_name: self.check.plan.stages[from.stage].product.type_name().into(),
                         digest,
                     }
                 })

@@ -291,6 +291,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
             return self.places.push(place, item, Task::Run(item), self.check, &self.is_wanted);
         }
         for input in distinct(&self.check.plan.items[item].inputs) {
+            // The sizes of files are known without their contents.
+            if !self.check.plan.items[input].files.is_empty() {
+                continue;
+            }
             if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
                 self.items[input].handle = self.context.value_in_memory(input, self.digest(input));
             }

@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::running::{ChangedPaths, Dependencies, Dependent};
 use crate::event::{ItemName, Reason};
 use crate::key::{Digest, ItemKey};
-use crate::kinds::{Decoder, Product};
+use crate::kinds::{Artifact, Decoder, ExportedFiles, Product, is_left_out};
 use crate::plan::{ItemIndex, Plan, Selection};
 use crate::storage::{
     Blob, Disk, InputUsed, KeyHasher, LatestRecord, Presence, Read, ReadKind, Record, State, Subject, Tag,
@@ -216,8 +216,14 @@ impl<'a> UpToDateCheck<'a> {
     }
 
     fn latest_digest(&self, item: ItemIndex) -> Digest {
-        let made = self.unfiltered_latest(item).and_then(|latest| latest.outputs().first());
-        made.map_or(Digest([0; 32]), |blob| blob.digest)
+        let made = self.unfiltered_latest(item).and_then(|latest| self.arriving(item, latest.outputs()));
+        made.unwrap_or(Digest([0; 32]))
+    }
+
+    /// The digest of what arrives at the consumers of an item with these outputs: of its artifact, or of the
+    /// sizes of its files. `None` if it has no outputs.
+    pub(crate) fn arriving(&self, item: ItemIndex, outputs: &[Blob]) -> Option<Digest> {
+        arriving(&self.plan.stages[self.plan.items[item].stage].product, outputs)
     }
 
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
@@ -278,7 +284,7 @@ impl<'a> UpToDateCheck<'a> {
         Some(if mount == folder { ".".into() } else { path_name(self.folder, &mount) })
     }
 
-    /// The artifacts at the ports, given the digest of each item's artifact.
+    /// What arrives at the ports, given the digest of what each item makes.
     pub(crate) fn inputs(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Vec<InputUsed> {
         self.input_items(item)
             .map(|(port, from)| InputUsed { port: port.into(), item: self.name(from), digest: digest(from) })
@@ -297,8 +303,7 @@ impl<'a> UpToDateCheck<'a> {
             hasher.text(port).number(items.len() as u64);
             for &from in items {
                 let made = &self.plan.items[from];
-                let artifact = self.stages[made.stage].artifact.map_or("", |(name, _)| name);
-                hasher.text(artifact).digest(digest(from));
+                hasher.text(self.plan.stages[made.stage].product.type_name()).digest(digest(from));
                 if info.shows_keys {
                     hasher.item_key(&made.key);
                 }
@@ -511,6 +516,23 @@ pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subjec
     let mut parts = vec![manifest, stage];
     parts.extend(key.iter().flat_map(|(stage, stem)| [stage, stem]));
     subject(&parts)
+}
+
+/// The digest of what arrives at the consumers of an item that makes this product.
+pub(crate) fn arriving(product: &Product, outputs: &[Blob]) -> Option<Digest> {
+    let first = outputs.first()?;
+    Some(match product {
+        Product::Artifact(_) => first.digest,
+        Product::Files(_) => Digest::of(&exported_files(outputs).1),
+    })
+}
+
+/// The sizes of exported files, as a value and encoded.
+pub(crate) fn exported_files(outputs: &[Blob]) -> (ExportedFiles, Vec<u8>) {
+    let size = |blob: &Blob| if is_left_out(blob.digest) { 0 } else { blob.bytes };
+    let files = ExportedFiles { bytes: outputs.iter().map(size).collect() };
+    let encoded = files.encode().unwrap_or_default();
+    (files, encoded)
 }
 
 fn stage_infos(plan: &Plan) -> Vec<StageInfo> {

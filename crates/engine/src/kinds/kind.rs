@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::artifact::Artifact;
 use super::context::Context;
+use super::exported_files::ExportedFiles;
 use super::failure::Failure;
 use super::output::{Output, Product};
 use crate::manifest::{Diagnostic, Field, Parameters, Table};
@@ -74,9 +75,10 @@ impl Port {
         self.types.iter().map(|(name, _)| *name)
     }
 
-    /// Whether it takes artifacts of this type.
+    /// Whether it takes artifacts of this type. The sizes of exported files have to be named: a port that takes
+    /// all types does not mean them.
     pub fn takes(&self, type_name: &str) -> bool {
-        self.any || self.types().any(|name| name == type_name)
+        self.any && type_name != ExportedFiles::TYPE || self.types().any(|name| name == type_name)
     }
 
     /// The types that it takes, for messages and manual pages: `reflection or shrm`.

@@ -4,6 +4,7 @@ use std::any::Any;
 use std::sync::{Arc, LazyLock};
 
 use super::artifact::Artifact;
+use super::exported_files::ExportedFiles;
 use super::failure::Failure;
 use crate::key::Digest;
 
@@ -16,6 +17,16 @@ pub enum Product {
     /// the last is the index, which is renamed into place after the others. Names are declared before
     /// anything runs; a run may leave out some of the files ([`Output::Files`]).
     Files(Vec<String>),
+}
+
+impl Product {
+    /// The type of what arrives at a port that is connected to the stage.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Artifact(name) => name,
+            Self::Files(_) => ExportedFiles::TYPE,
+        }
+    }
 }
 
 /// The output of a run of an item.

@@ -3,7 +3,7 @@
 //! ```toml
 //! [stage.report]
 //! kind = "report"
-//! inputs = { environment = "environment", material = "material", reflection = "reflection" }
+//! inputs = { environment = "environment", material = "material", reflection = "reflection", shrm = "shrm" }
 //! path = "report"
 //! ```
 //!
@@ -107,6 +107,11 @@
 //!
 //! ## What is compared
 //!
+//! Connect the stages that export the maps, so that sizes are those of your files: `taps` to an `export-taps`,
+//! `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names, `shrm` to an `export-shrm` with
+//! all light in its map, and `shrm-separate` to one with `lamps = "separate"`. The report then runs after them,
+//! and again if a size changes. What is not connected has the size of half floats at `resolution`.
+//!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
 //! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
 //! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
@@ -149,7 +154,10 @@ use std::ops::Bound;
 use std::sync::Arc;
 
 use brdf::{Centre, Choice};
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
+use engine::{
+    Context, ExportedFiles, Failure, Inputs, ItemKey, Kind, Output, Port, Product, Reporter, Steps, choice,
+    parameters,
+};
 use serde_json::value::RawValue;
 use sh::Tolerance;
 use shrm::Reflection;
@@ -157,7 +165,9 @@ use shrm::Reflection;
 use crate::light::light_mismatch;
 use crate::material::DegreePair;
 use crate::values::{SHARE, artifacts, percent};
-use figures::{Follows, Limits, MaterialFigures, NOTED, NoisePair, PairFigures, Report, Settings};
+use figures::{
+    FileSizes, Follows, Limits, MaterialFigures, Method, NOTED, NoisePair, PairFigures, Report, Settings,
+};
 use lit::Lit;
 use page::PagePictures;
 use study::{Studied, StudiedReflection};
@@ -231,7 +241,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -255,11 +265,15 @@ impl Kind for ReportKind {
     const SLOW: bool = true;
 
     fn ports() -> Vec<Port> {
-        vec![
+        let exports = Method::ALL.into_iter().filter_map(Method::port);
+        [
             Port::many::<artifacts::Environment>("environment"),
             Port::many::<artifacts::Material>("material"),
             Port::many::<artifacts::Reflection>("reflection").optional(),
         ]
+        .into_iter()
+        .chain(exports.map(|name| Port::many::<ExportedFiles>(name).optional()))
+        .collect()
     }
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -291,6 +305,7 @@ impl Kind for ReportKind {
             return Err(Failure::new("`degree` and `tolerance` have no effect on a connected reflection")
                 .help("leave them out, or leave the port reflection unconnected"));
         }
+        let exported = Exported::of(&context.inputs)?;
         let settings = Settings {
             limits: Limits::new(parameters.accept),
             resolution: parameters.resolution,
@@ -325,7 +340,8 @@ impl Kind for ReportKind {
                 reporter.check_cancelled()?;
                 let made = reflections.of(lit, environment_key, &studied, key, reporter)?;
                 let is_default = reflections.all.is_empty() && reflections.choice.is_none();
-                let made = StudiedReflection { reflection: &made, is_default };
+                let files = exported.files(environment_key, key);
+                let made = StudiedReflection { reflection: &made, is_default, files };
                 let of_pair =
                     |failure: Failure| failure.context(format!("{} under {}", studied.name, lit.name));
                 let found = study::pair(lit, &studied, made, &settings, &steps).map_err(of_pair)?;
@@ -448,6 +464,36 @@ impl Reflections {
         }
         Ok(reflection.0.clone())
     }
+}
+
+/// The sizes of the files that connected stages export, by method and item.
+struct Exported(Vec<(Method, ItemKey, Arc<ExportedFiles>)>);
+
+impl Exported {
+    fn of(inputs: &Inputs) -> Result<Self, Failure> {
+        let mut all = Vec::new();
+        for method in Method::ALL {
+            for (key, files) in method.port().map_or(Ok(Vec::new()), |port| inputs.many(port))? {
+                all.push((method, key, files));
+            }
+        }
+        Ok(Self(all))
+    }
+
+    /// The sizes of the files of a pair.
+    fn files(&self, environment: &ItemKey, material: &ItemKey) -> FileSizes {
+        let mut sizes = FileSizes::default();
+        let own = |(_, key, _): &&(Method, ItemKey, _)| agree(key, environment) && agree(key, material);
+        for (method, _, files) in self.0.iter().filter(own) {
+            *sizes.0[*method as usize].get_or_insert(0) += files.total();
+        }
+        sizes
+    }
+}
+
+/// Whether two keys name the same item of each stage that both name.
+fn agree(one: &ItemKey, other: &ItemKey) -> bool {
+    other.iter().all(|(stage, stem)| one.get(stage).is_none_or(|own| own == stem))
 }
 
 /// Whether a key names everything that another one does.

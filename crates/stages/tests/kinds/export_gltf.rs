@@ -11,7 +11,7 @@ use crate::fixture::{Case, case, difference, environment, lambert, sky, sky_ligh
 use crate::import_mesh::{square, square_files};
 use crate::vertices::{pit, shaded};
 
-fn export(parameters: &str) -> Case {
+pub(crate) fn export(parameters: &str) -> Case {
     case("export-gltf", parameters).input("mesh", pit())
 }
 
@@ -19,7 +19,7 @@ fn radiance() -> VertexRadiance {
     (*shaded(false).artifact::<VertexRadiance>()).clone()
 }
 
-fn baked(parameters: &str) -> Transfer {
+pub(crate) fn baked(parameters: &str) -> Transfer {
     let bake = case("precompute-transfer", &format!("directions = 1024\n{parameters}")).input("mesh", pit());
     let bake = match parameters.contains("bounces") {
         true => bake.input("material", Material(coloured())),
@@ -56,7 +56,7 @@ impl Read {
         Self { json, binary }
     }
 
-    fn attributes(&self) -> &serde_json::Map<String, Value> {
+    pub(crate) fn attributes(&self) -> &serde_json::Map<String, Value> {
         self.json["meshes"][0]["primitives"][0]["attributes"].as_object().unwrap()
     }
 
@@ -69,7 +69,7 @@ impl Read {
     }
 
     /// The numbers of an attribute of the pit's nine vertices.
-    fn attribute<const N: usize>(&self, name: &str) -> Vec<[f32; N]> {
+    pub(crate) fn attribute<const N: usize>(&self, name: &str) -> Vec<[f32; N]> {
         let (accessor, bytes) = self.accessor(&self.attributes()[name]);
         let kind = ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N];
         assert_eq!((&accessor["componentType"], &accessor["type"]), (&5126.into(), &kind.into()), "{name}");

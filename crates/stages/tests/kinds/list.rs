@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use engine::{Product, Table, ValueKind};
+use engine::{Artifact as _, ExportedFiles, Product, Table, ValueKind};
 
 use crate::fixture::kinds;
 
@@ -126,7 +126,7 @@ fn every_type_that_a_port_takes_has_a_producer() {
         .flat_map(|kind| products(kind.as_ref()))
         .filter_map(|product| match product {
             Product::Artifact(name) => Some(name),
-            Product::Files(_) => None,
+            Product::Files(_) => Some(ExportedFiles::TYPE),
         })
         .collect();
     for kind in kinds.iter() {

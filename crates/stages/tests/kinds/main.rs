@@ -14,6 +14,7 @@ mod exec;
 mod explicit_maps;
 mod export_environment;
 mod export_gltf;
+mod export_matrices;
 mod export_reflection_map;
 mod export_sh;
 mod export_shrm;

@@ -28,6 +28,9 @@ pub struct AssetFile {
     pub notes: Vec<String>,
     /// Warnings of numbers that the asset's vertices cannot hold as they are.
     pub warnings: Vec<String>,
+    /// The number of the asset's vertices that are several of the mesh, and have the mean of different
+    /// numbers.
+    pub means: usize,
 }
 
 /// Numbers whose distance is less than this share of the attribute's largest are the same.
@@ -93,6 +96,7 @@ struct Asset {
     bytes: Vec<u8>,
     notes: Vec<String>,
     warnings: Vec<String>,
+    means: usize,
 }
 
 impl Asset {
@@ -100,7 +104,7 @@ impl Asset {
         let mut members: Object = parsed(serde_json::from_slice(json))?;
         let (buffers, views) = (taken(&mut members, "buffers")?, taken(&mut members, "bufferViews")?);
         let (bytes, notes, warnings) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { members, buffers, views, bytes, notes, warnings })
+        Ok(Self { members, buffers, views, bytes, notes, warnings, means: 0 })
     }
 
     /// Appends bytes, and gives the place where they begin: at a multiple of four, as every number needs it.
@@ -256,6 +260,7 @@ impl Asset {
             self.warnings.push(format!("the asset's own {} is replaced", names.join(", ")));
         }
         self.warnings.extend(spread.sentence());
+        self.means = spread.differing;
         self.put("accessors", &accessors)?;
         self.put("nodes", &nodes)?;
         self.put("meshes", &meshes)
@@ -287,8 +292,8 @@ impl Asset {
             }
         }
         let json = parsed(serde_json::to_vec(&self.members))?;
-        let Self { bytes, notes, warnings, .. } = self;
-        Ok(AssetFile { bytes: container(json, &bytes)?, notes, warnings })
+        let Self { bytes, notes, warnings, means, .. } = self;
+        Ok(AssetFile { bytes: container(json, &bytes)?, notes, warnings, means })
     }
 }
 

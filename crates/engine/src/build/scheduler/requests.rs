@@ -9,6 +9,7 @@ use crate::build::run::RunRequest;
 use crate::build::runner::{Request, Threads};
 use crate::event::{Event, Reason};
 use crate::key::Digest;
+use crate::kinds::Product;
 use crate::plan::ItemIndex;
 use crate::storage::{Blob, Cause};
 
@@ -36,7 +37,11 @@ impl<'a> Scheduler<'a, '_> {
         let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
         let handles = ports.map(|((port, _), inputs)| {
             let handles = inputs.iter().filter_map(|input| {
-                Some((plan.items[*input].key.clone(), Arc::clone(self.items[*input].handle.as_ref()?)))
+                let handle = match plan.stages[plan.items[*input].stage].product {
+                    Product::Artifact(_) => Arc::clone(self.items[*input].handle.as_ref()?),
+                    Product::Files(_) => self.context.sizes(self.outputs(*input)),
+                };
+                Some((plan.items[*input].key.clone(), handle))
             });
             (port.clone(), handles.collect())
         });
@@ -79,6 +84,6 @@ impl<'a> Scheduler<'a, '_> {
     }
 
     pub(super) fn digest(&self, item: ItemIndex) -> Digest {
-        self.outputs(item).first().map_or(Digest([0; 32]), |blob| blob.digest)
+        self.check.arriving(item, self.outputs(item)).unwrap_or(Digest([0; 32]))
     }
 }

@@ -47,9 +47,7 @@ impl UpToDateCheck<'_> {
                 }
                 let key = self.key(index, |input| digests[input].unwrap_or(Digest([0; 32])));
                 match self.freshness_of(index, key) {
-                    Freshness::Current { outputs, .. } => {
-                        digests.push(outputs.first().map(|blob| blob.digest))
-                    }
+                    Freshness::Current { outputs, .. } => digests.push(self.arriving(index, &outputs)),
                     Freshness::Run => {
                         digests.push(None);
                         if !self.is_forced(index) {
@@ -62,7 +60,7 @@ impl UpToDateCheck<'_> {
                 self.missed.extend(asked.iter().map(|(item, _)| *item));
                 for (item, record) in self.shared_records(&asked, options) {
                     self.missed.remove(&item);
-                    digests[item] = record.outputs.first().map(|blob| blob.digest);
+                    digests[item] = self.arriving(item, &record.outputs);
                     blobs.add(&record);
                     if options.download_all || !self.plan.items[item].files.is_empty() {
                         needed.extend(record.outputs.iter().map(|blob| blob.digest));
@@ -73,7 +71,9 @@ impl UpToDateCheck<'_> {
             // What runs reads its inputs.
             for index in (first..first + stage.len()).filter(|index| digests[*index].is_none()) {
                 let inputs = self.plan.items[index].inputs.iter().flatten();
-                let of_selected = inputs.filter(|_| self.selected.has(index));
+                // The sizes of files are known from the record.
+                let is_stored = |input: &&ItemIndex| self.plan.items[**input].files.is_empty();
+                let of_selected = inputs.filter(|_| self.selected.has(index)).filter(is_stored);
                 needed.extend(of_selected.filter_map(|input| digests[*input]));
             }
         }

@@ -45,7 +45,7 @@ fn of_exports<'a>(environment: &'a str, exports: &'a [Export]) -> Vec<Candidate<
         method: export.method,
         environment,
         export,
-        bytes: export.bytes,
+        bytes: export.size(),
         p: [export.p; 2],
     };
     exports.iter().map(of).collect()
@@ -94,7 +94,7 @@ fn under_the_worst<'a>(method: Method, pairs: &[&'a PairFigures], limits: &Limit
             method,
             environment: &pair.environment,
             export,
-            bytes: export.bytes,
+            bytes: export.size(),
             p: [export.p; 2],
         })
     });
@@ -257,7 +257,7 @@ mod tests {
 
     fn export(method: Method, p95: f64, bytes: u64) -> Export {
         let errors = Errors { rms: p95, p95, p99: 2.0 * p95, ..Errors::default() };
-        Export { method, errors, f: 30, p: 8, bytes, texture: String::new(), one_of: 1 }
+        Export { method, errors, f: 30, p: 8, bytes, file: None, texture: String::new(), one_of: 1 }
     }
 
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.

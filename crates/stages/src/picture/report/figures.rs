@@ -3,6 +3,8 @@
 use serde::Serialize;
 use serde_json::value::RawValue;
 
+use crate::values::quantity::size;
+
 /// Everything that was measured.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Report {
@@ -438,6 +440,20 @@ impl Method {
         matches!(self, Self::Taps | Self::ShrmSeparate)
     }
 
+    /// The port to which the stage that writes the export can be connected. The maps of parts come from two
+    /// stages, and have none.
+    pub(crate) fn port(self) -> Option<&'static str> {
+        match self {
+            Self::Taps => Some("taps"),
+            Self::ReflectionMap => Some("reflection-map"),
+            Self::PartMaps => None,
+            Self::KautzMccool => Some("kautz-mccool"),
+            Self::Cabral => Some("cabral"),
+            Self::Shrm => Some("shrm"),
+            Self::ShrmSeparate => Some("shrm-separate"),
+        }
+    }
+
     /// The kind of stage that writes the export.
     pub(crate) fn kind(self) -> &'static str {
         match self {
@@ -464,10 +480,40 @@ pub(crate) struct Export {
     pub(crate) p: usize,
     /// The bytes of the export's texels as RGBA half floats, and of its lights.
     pub(crate) bytes: u64,
+    /// The bytes of the files that a connected stage exports; `None` if no stage of the export is connected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) file: Option<u64>,
     /// The textures that the bytes are made of.
     pub(crate) texture: String,
     /// The number of the picture's pixels of which one was measured: 1, 2, 4, 8, ...
     pub(crate) one_of: usize,
+}
+
+impl Export {
+    /// The bytes by which exports are compared: of its files, or else of its texels and lights.
+    pub(crate) fn size(&self) -> u64 {
+        self.file.unwrap_or(self.bytes)
+    }
+
+    /// The size for people; what no file has is marked as approximate.
+    pub(crate) fn size_text(&self) -> String {
+        let mark = if self.file.is_some() { "" } else { "~" };
+        format!("{mark}{}", size(self.size()))
+    }
+}
+
+/// The bytes of the files of each of [`Method::ALL`] that the pipeline exports for a pair.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct FileSizes(pub(crate) [Option<u64>; Method::ALL.len()]);
+
+impl FileSizes {
+    /// The bytes of a method's files. In light without lamps, both forms of an SHRM are one.
+    pub(crate) fn of(&self, method: Method, has_lamps: bool) -> Option<u64> {
+        let own = self.0[method as usize];
+        let same = [Method::Shrm, Method::ShrmSeparate];
+        let other = same.into_iter().filter(|_| !has_lamps && same.contains(&method));
+        own.or_else(|| other.filter_map(|method| self.0[method as usize]).next())
+    }
 }
 
 /// An export with other settings than those of the report.

@@ -16,7 +16,6 @@ use crate::picture::report::{
     rigs_section, sampling_section, summary_section, tables_section, trade_section,
 };
 use crate::values::percent;
-use crate::values::quantity::size;
 
 /// 8-bit sRGB pictures of one sphere, all with the same exposure and tone curve.
 pub(crate) struct Pictures {
@@ -126,7 +125,7 @@ fn card(
         page.put(format_args!(
             "<figure class=\"{class}\"><figcaption>{title}<span>{:.2} stops</span><span>{}</span></figcaption>",
             export.errors.p95,
-            size(export.bytes)
+            export.size_text()
         ));
         image(page, picture, export.one_of, title)?;
         for amplify in [1.0, report.settings.amplify] {
@@ -181,7 +180,7 @@ fn figures(page: &mut Markup, report: &Report, pair: &PairFigures) {
             word(errors, &report.settings.limits),
             percent(errors.negative),
             percent(errors.rms),
-            size(export.bytes),
+            export.size_text(),
             escape(&export.texture)
         ));
     }
@@ -201,7 +200,7 @@ fn terms(page: &mut Markup, report: &Report) {
 <dt>SHRM</dt><dd>A spherical harmonic reflection map: each texel holds (P + 1)² coefficients, which give its colour for any view. It holds suns and lamps too, which takes long to fit: the report does so for some pixels and measures these alone.</dd>
 <dt>SHRM with lights</dt><dd>The same without suns and lamps, which the file lists as lights (lamps = "separate"). The renderer adds them by the material's own BRDF.</dd>
 <dt>F and P</dt><dd>The degrees of the coefficients: F is the detail across the map, P the change with the view.</dd>
-<dt>Size</dt><dd>The bytes of the texels as RGBA half floats, uncompressed and without levels, and of the lights. That of an SHRM grows with (P + 1)², or with P + 1 if nothing changes around the central direction. The texels of a compact map have four bytes.</dd>
+<dt>Size</dt><dd>The bytes of the files that the pipeline writes, where the stage is connected to the report. A size with ~ is that of the texels as RGBA half floats, uncompressed and without levels, and of the lights. That of an SHRM grows with (P + 1)², or with P + 1 if nothing changes around the central direction. The texels of a compact map have four bytes.</dd>
 <dt>Error in stops</dt><dd>|log2((value + e) / (truth + e))| for each pixel and channel, a sample; e is 1 % of the environment's mean radiance, below which black is black. One stop is a factor of two; 0.1 stops are hard to see. A negative value counts as 0.</dd>
 <dt>Negative</dt><dd>The share of samples below -e / 10, which a renderer shows as black. They come from rings around highlights where a series is cut.</dd>
 <dt>RMS</dt><dd>The root of the mean squared difference of radiance, divided by the root of the mean squared radiance of the truth. The brightest pixels decide it: rings and dark places hardly count.</dd>

@@ -18,7 +18,9 @@ use taps::{Accuracy, AnyTable, Trade};
 use crate::map::{default_taps, has_facets, tap_tables};
 use crate::picture::report::advice;
 use crate::picture::report::advice::best;
-use crate::picture::report::figures::{Change, Errors, Export, Method, PairFigures, Settings, Trial};
+use crate::picture::report::figures::{
+    Change, Errors, Export, FileSizes, Method, PairFigures, Settings, Trial,
+};
 use crate::picture::report::lit::{BAND, Lit, TRUTH};
 use crate::picture::report::page::Pictures;
 use crate::picture::report::readers::Reader;
@@ -132,6 +134,8 @@ pub(crate) struct StudiedReflection<'a> {
     pub(crate) reflection: &'a Reflection,
     /// Whether it is what the stages make by default.
     pub(crate) is_default: bool,
+    /// The sizes of the files that the pipeline exports of it.
+    pub(crate) files: FileSizes,
 }
 
 /// What was found of a pair, and what further measurements begin with.
@@ -182,7 +186,8 @@ pub(crate) fn pair<'a>(
     for (export, (lattice, values)) in measured {
         let shown = [&values, &scene.truth].map(|values| scene.shown(lattice, values, lit.exposure));
         pictures.exports.push(shown);
-        exports.push(export);
+        let file = studied.files.of(export.method, reflection.lamps().is_some());
+        exports.push(Export { file, ..export });
     }
     let tried = scene.trials(lit, material, studied, &exports, settings)?;
     let degrees = [reflection.brdf().f().get(), reflection.brdf().p().get()];
@@ -349,6 +354,7 @@ impl<'a> StudyScene<'a> {
             f: 0,
             p: 0,
             bytes: compact_bytes(space, table) as u64,
+            file: None,
             texture: format!("{taps} taps, {lights} {}", if lights == 1 { "light" } else { "lights" }),
             one_of: lattice.one_of(),
         };
@@ -388,6 +394,7 @@ impl<'a> StudyScene<'a> {
                 f: reflection.brdf().f().get(),
                 p: 0,
                 bytes,
+                file: None,
                 texture,
                 one_of: lattice.one_of(),
             },
@@ -463,6 +470,7 @@ impl<'a> StudyScene<'a> {
             f: reflection.brdf().f().get(),
             p,
             bytes: bytes as u64,
+            file: None,
             texture,
             one_of: lattice.one_of(),
         };
@@ -508,7 +516,7 @@ impl<'a> StudyScene<'a> {
         &self,
         lit: &Lit<'_>,
         material: &Studied<'_>,
-        StudiedReflection { reflection, is_default }: StudiedReflection<'_>,
+        StudiedReflection { reflection, is_default, .. }: StudiedReflection<'_>,
         exports: &[Export],
         settings: &Settings,
     ) -> Result<Vec<Trial>, Failure> {

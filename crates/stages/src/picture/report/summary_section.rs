@@ -4,7 +4,6 @@ use containers::escape_html as escape;
 
 use crate::picture::report::figures::{Export, MaterialFigures, Method, PairFigures, Report};
 use crate::picture::report::markup::Markup;
-use crate::values::quantity::size;
 
 /// The most environments that a sentence names.
 const NAMED: usize = 4;
@@ -27,7 +26,8 @@ pub(crate) fn section(page: &mut Markup, title: &str, report: &Report) {
     page.put(format_args!(
         "</ul>\n<details><summary>How this was found</summary><p>Each export was compared with the ground truth on a \
          sphere. It is good if 95 % of the samples are within {:.2} stops of the truth and 99 % within {:.2}; advised is \
-         the smallest one that is good. Sizes are those of RGBA half floats with cube faces of {n} × {n}.</p></details>\n",
+         the smallest one that is good. Sizes are those of the files that the pipeline writes; one with ~ is that of RGBA half floats with cube faces of \
+         {n} × {n}, for an export that is not connected.</p></details>\n",
         limits.p95,
         limits.p99,
         n = settings.resolution
@@ -45,12 +45,14 @@ fn sentence(material: &MaterialFigures, pairs: &[&PairFigures]) -> String {
     let name = match (advice.method, least == most) {
         (Method::ShrmSeparate, true) if most == 1 => "SHRM with 1 light".to_owned(),
         (Method::ShrmSeparate, true) => format!("SHRM with {most} lights"),
+        (Method::ShrmSeparate, false) if least == 0 && most == 1 => "SHRM with up to 1 light".to_owned(),
+        (Method::ShrmSeparate, false) if least == 0 => format!("SHRM with up to {most} lights"),
         (Method::ShrmSeparate, false) => format!("SHRM with {least} to {most} lights"),
         (Method::ReflectionMap | Method::PartMaps | Method::Taps, _) => advice.method.title().to_lowercase(),
         (method, _) => method.title().to_owned(),
     };
-    let bytes =
-        exports.iter().map(|export| export.bytes).max().map_or_else(String::new, size).replace(' ', "&#160;");
+    let largest = exports.iter().max_by_key(|export| export.size());
+    let bytes = largest.map_or_else(String::new, |export| export.size_text()).replace(' ', "&#160;");
     let up_to = if pairs.len() > 1 { "up to " } else { "" };
     let p95 = exports.iter().map(|export| export.errors.p95).fold(0.0, f64::max);
     let material = escape(&material.name);
@@ -118,7 +120,7 @@ fn table(page: &mut Markup, report: &Report) {
     for (index, pair) in report.pairs.iter().enumerate() {
         let (title, poor) = (pair.advice.method.title(), if pair.advice.good { "" } else { " poor" });
         let note = if pair.advice.good { "" } else { ", not good" };
-        let bytes = advised(pair, pair.advice.method).map_or_else(String::new, |export| size(export.bytes));
+        let bytes = advised(pair, pair.advice.method).map_or_else(String::new, Export::size_text);
         page.put(format_args!(
             "<tr><th scope=\"row\"><a href=\"#pair-{index}\">{}</a></th><td class=\"environment\">{}</td><td \
              class=\"use\"><span class=\"badge{poor}\">{title}{note}</span></td><td class=\"number size-of\">{bytes}</td>",
@@ -146,8 +148,16 @@ mod tests {
 
     fn pair(environment: &str, method: Method, p95: f64, lamps: usize) -> PairFigures {
         let errors = Errors { p95, p99: 2.0 * p95, ..Errors::default() };
-        let export =
-            Export { method, errors, f: 30, p: 8, bytes: 900_000, texture: String::new(), one_of: 1 };
+        let export = Export {
+            method,
+            errors,
+            f: 30,
+            p: 8,
+            bytes: 900_000,
+            file: Some(812_345),
+            texture: String::new(),
+            one_of: 1,
+        };
         PairFigures {
             environment: environment.into(),
             material: "lacquer".into(),

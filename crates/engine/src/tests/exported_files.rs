@@ -1,0 +1,116 @@
+//! What arrives at a port that takes the sizes of exported files.
+
+use expect_test::expect;
+
+use super::*;
+use crate::kinds::ExportedFiles;
+
+/// Writes the sizes of files to a file, with the names of their items.
+struct Sizes;
+
+impl Kind for Sizes {
+    type Parameters = Nothing;
+    const NAME: &'static str = "sizes";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Lists sizes.\n";
+    const SHOWS_KEYS: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![Port::many::<ExportedFiles>("files")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let mut text = String::new();
+        for (key, files) in context.inputs.many::<ExportedFiles>("files")? {
+            writeln!(text, "{key}: {:?}, {} in all", files.bytes, files.total()).unwrap();
+        }
+        Ok(Output::files(vec![text.into_bytes()]))
+    }
+}
+
+fn project() -> Project {
+    let mut project = two_texts(
+        r#"
+schema = 1
+[stage]
+text = { kind = "text-source", source = "*.txt" }
+pair = { kind = "write-pair", input = "text" }
+sizes = { kind = "sizes", input = "pair" }
+"#,
+    );
+    project.kinds = kinds().with(Sizes);
+    project
+}
+
+#[test]
+fn a_consumer_of_files_gets_their_sizes_and_reruns_only_if_one_changes() {
+    let project = project();
+    project.write("b.txt", "");
+    assert_has(project.build(), ["5 ran"]);
+    // The empty text has no body.
+    assert_eq!(project.read("out/sizes.txt"), "a: [3, 1], 4 in all\nb: [0, 1], 1 in all\n");
+    assert_has(project.build(), ["ended: 0 ran, 5 up to date"]);
+
+    // Other bytes of the same number.
+    project.write("a.txt", "two");
+    assert_has(project.build(), ["ran pair [a]\n", "up to date sizes\n", "ended: 2 ran, 3 up to date"]);
+
+    project.write("a.txt", "three");
+    expect![[r#"
+        planned 3 stages, 5 items
+        up to date text [b]
+        up to date pair [b]
+        run text [a]: file a.txt some -> some
+        ran text [a]
+        run pair [a]: text text [a] some -> some
+        ran pair [a]
+        published pair/a/body.txt 5
+        published pair/a/index.txt 1
+        run sizes: files pair [a] some -> some
+        ran sizes
+        published sizes.txt 40
+        ended: 3 ran, 2 up to date, 0 failed, 0 skipped, 3 published, 0 removed
+    "#]]
+    .assert_eq(&project.build());
+    assert_eq!(project.read("out/sizes.txt"), "a: [5, 1], 6 in all\nb: [0, 1], 1 in all\n");
+
+    // Of an earlier result everything is found again.
+    project.write("a.txt", "one");
+    assert_has(project.build(), ["ended: 0 ran, 5 up to date"]);
+    assert_eq!(project.read("out/sizes.txt"), "a: [3, 1], 4 in all\nb: [0, 1], 1 in all\n");
+}
+
+#[test]
+fn a_consumer_alone_runs_without_the_files() {
+    let mut project = project();
+    project.build();
+    project.options.force = true;
+    project.options.stages = vec!["sizes".into()];
+    project.remove("out/sizes.txt");
+    assert_has(project.build(), ["run sizes: forced\n", "ended: 1 ran, 4 up to date"]);
+    assert_eq!(project.read("out/sizes.txt"), "a: [3, 1], 4 in all\nb: [3, 1], 4 in all\n");
+}
+
+#[test]
+fn a_failed_export_skips_what_needs_its_size() {
+    let project = project();
+    project.build();
+    std::fs::write(project.folder.join("a.txt"), [0xff, 0xfe]).unwrap();
+    assert_has(project.build(), ["1 failed, 2 skipped"]);
+    assert_eq!(project.read("out/sizes.txt"), "a: [3, 1], 4 in all\nb: [3, 1], 4 in all\n");
+}
+
+#[test]
+fn only_a_port_that_asks_for_sizes_takes_an_export() {
+    let mut project = project();
+    project.edit("input = \"pair\"", "input = \"text\"");
+    let error = Plan::load(&project.path("pipeline.toml"), &project.kinds).err().unwrap().to_string();
+    assert_has(
+        error,
+        ["port \"files\" takes files, but stage \"text\" makes text", "stage \"pair\" makes files"],
+    );
+}
