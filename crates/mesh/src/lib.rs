@@ -4,6 +4,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
 mod brush;
+mod material_range;
 mod materials;
 mod mesh;
 mod normals;
@@ -11,7 +12,7 @@ mod parts;
 mod shapes;
 mod tangents;
 
-pub use materials::MaterialRange;
+pub use material_range::MaterialRange;
 pub use mesh::{Mesh, MeshError};
 pub use parts::Parts;
 pub use shapes::{SHAPES, shape};

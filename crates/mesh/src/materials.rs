@@ -1,23 +1,7 @@
 //! The materials of a mesh: which of its triangles are of which material of the file that it was read from.
 
+use crate::material_range::{MaterialRange, Materials};
 use crate::mesh::{Mesh, MeshError};
-
-/// Consecutive triangles of one material.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MaterialRange {
-    /// The place of the material in [`Mesh::materials`]; `None` for triangles without a material.
-    pub material: Option<u32>,
-    /// The number of the triangles.
-    pub triangles: usize,
-}
-
-/// The materials of a mesh; empty if no triangle has one.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Materials {
-    names: Vec<String>,
-    /// Neighbours differ, none is empty, and all together have as many triangles as the mesh.
-    ranges: Vec<MaterialRange>,
-}
 
 impl Mesh {
     /// Returns the same mesh with the names of the materials of its file, and the material of each range of

@@ -1,6 +1,6 @@
 //! A triangle mesh in the world's frame (right-handed, +Z up).
 
-use crate::materials::Materials;
+use crate::material_range::Materials;
 
 /// A triangle mesh with a normal and a tangent at every vertex.
 ///

@@ -15,8 +15,9 @@
 //! graph neither turns the light nor adds to it. Each item that takes one of both, such as those of
 //! `export-taps`, makes an entry of their environment and their material, unless there is one anyway.
 //!
-//! A mesh of a glTF file has materials of its own. If the material of an entry is one of them, each triangle is
-//! shown with the entry of its own material under that light, as far as the graph has it (`own_materials`).
+//! A mesh of a glTF file has materials of its own. If the material of an entry is one of them, each triangle
+//! is shown with the entry of its own material under that light, as far as the graph has it
+//! (`own_materials`).
 //!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
 //! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold

@@ -21,8 +21,13 @@ fn dressed(stages: &str) -> (tempfile::TempDir, Plan) {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0_f32]];
     let mut bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();
     bytes.extend([0, 1, 2, 2, 1, 3_u16].into_iter().flat_map(u16::to_le_bytes));
-    let primitive = |indices: usize, material: usize| json!({ "attributes": { "POSITION": 0 }, "indices": indices, "material": material });
-    let indices = |start: usize| json!({ "bufferView": 1, "byteOffset": 6 * start, "componentType": 5123, "count": 3, "type": "SCALAR" });
+    let primitive = |indices: usize, material: usize| {
+        json!({ "attributes": { "POSITION": 0 }, "indices": indices, "material": material })
+    };
+    let indices = |start: usize| {
+        let start = 6 * start;
+        json!({ "bufferView": 1, "byteOffset": start, "componentType": 5123, "count": 3, "type": "SCALAR" })
+    };
     let colour =
         |rgba: [f64; 4]| json!({ "baseColorFactor": rgba, "roughnessFactor": 1, "metallicFactor": 0 });
     let document = json!({
