@@ -19,8 +19,9 @@
 //! | tangents | computed by MikkTSpace from the coordinates of the normal texture; without coordinates they point east (Z x N, Z being the mesh's own before a node turns it) |
 //!
 //! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
-//! its own node. Animations, morph targets, cameras and lights are ignored, and so are materials and
-//! textures, because the look of a surface comes from `import-material`, which reads those of the same file;
+//! its own node. Animations, morph targets, cameras and lights are ignored. Of materials, the mesh keeps
+//! which triangles have which, by the names in the file: `specula preview` shows each in its own if the
+//! manifest imports the materials of the same file. How a surface looks comes from `import-material`.
 //! `export-gltf` with `gltf` writes into the file itself, and keeps all of it. Notes name morph targets,
 //! vertex colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
 //! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places) are supported. A file that
@@ -49,7 +50,7 @@ impl Kind for ImportMesh {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-mesh";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[mesh::revisions::TANGENTS];
     const TEXT: &'static str = include_str!("import_mesh.rs");
     const SOURCE: bool = true;

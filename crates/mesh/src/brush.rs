@@ -53,7 +53,7 @@ impl Mesh {
             self.coordinates().map(<[_]>::to_vec),
             self.triangles().to_vec(),
         );
-        (mesh, parallel)
+        (mesh.with_materials_of(self), parallel)
     }
 }
 

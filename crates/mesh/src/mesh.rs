@@ -1,5 +1,7 @@
 //! A triangle mesh in the world's frame (right-handed, +Z up).
 
+use crate::material_range::Materials;
+
 /// A triangle mesh with a normal and a tangent at every vertex.
 ///
 /// Triangles are counter-clockwise as seen from outside. All vectors have as many entries as there are
@@ -11,6 +13,7 @@ pub struct Mesh {
     tangents: Vec<[f32; 4]>,
     coordinates: Option<Vec<[f32; 2]>>,
     triangles: Vec<[u32; 3]>,
+    pub(crate) materials: Materials,
 }
 
 /// A list of `width` numbers for each vertex.
@@ -76,7 +79,7 @@ impl Mesh {
         ];
         lists.extend(coordinates.as_deref().map(|coordinates| List::of("coordinates", coordinates)));
         check(positions.len(), &lists, &triangles)?;
-        Ok(Self { positions, normals, tangents, coordinates, triangles })
+        Ok(Self::from_complete(positions, normals, tangents, coordinates, triangles))
     }
 
     /// A mesh of parts that are known to satisfy [`Mesh::new`].
@@ -87,7 +90,7 @@ impl Mesh {
         coordinates: Option<Vec<[f32; 2]>>,
         triangles: Vec<[u32; 3]>,
     ) -> Self {
-        Self { positions, normals, tangents, coordinates, triangles }
+        Self { positions, normals, tangents, coordinates, triangles, materials: Materials::default() }
     }
 
     /// The positions of the vertices.
@@ -116,7 +119,7 @@ impl Mesh {
         &self.triangles
     }
 
-    /// All meshes as one, in their order. It has coordinates if every mesh has them.
+    /// All meshes as one, in their order. It has coordinates if every mesh has them, and no materials.
     ///
     /// # Errors
     /// If there are more vertices than 32 bits can count.
@@ -138,6 +141,7 @@ impl Mesh {
             tangents: meshes.iter().flat_map(|mesh| &mesh.tangents).copied().collect(),
             coordinates: coordinates.map(|lists| lists.concat()),
             triangles,
+            materials: Materials::default(),
         })
     }
 

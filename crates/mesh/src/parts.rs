@@ -153,7 +153,7 @@ impl Mesh {
             coordinates: self.coordinates().map(<[_]>::to_vec),
             triangles: self.triangles().to_vec(),
         };
-        parts.posed(|_| *place).complete()
+        Ok(parts.posed(|_| *place).complete()?.with_materials_of(self))
     }
 }
 

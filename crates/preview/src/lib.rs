@@ -58,7 +58,7 @@ pub use named::Named;
 pub use picture::{Picture, SAME_LIGHT, SAME_PICTURE, Tolerance};
 pub use prefiltered_cube::PrefilteredCube;
 pub use renderer::Renderer;
-pub use scene::{Object, Scene};
+pub use scene::{Object, Scene, ScenePart};
 pub use shot::Shot;
 pub use subject::{Catalog, List, Subject, SubjectRequest};
 pub use update::{Export, PreviewUpdate, SubjectDetails};

@@ -14,6 +14,9 @@ use crate::{Framing, Light, Look, Mode, Show};
 pub struct Object {
     /// The object's mesh, in its own coordinates.
     pub mesh: Arc<Mesh>,
+    /// The mesh that the object's mesh is a part of, in the same coordinates, if it is one: all of it hides
+    /// light from the object, and a camera frames all of it.
+    pub whole: Option<Arc<Mesh>>,
     /// The rotation, uniform scale and translation from the mesh's coordinates to the world.
     pub place: DAffine3,
     /// The object's material under its light.
@@ -29,10 +32,24 @@ pub struct Object {
 /// The distance of neighbours in a row, in radii.
 const GAP: f64 = 2.2;
 
+/// The triangles of a mesh that have one look, for [`Scene::of_parts`].
+#[derive(Clone, Debug)]
+pub struct ScenePart {
+    /// The triangles, in the coordinates of the whole mesh.
+    pub mesh: Arc<Mesh>,
+    /// The look of the triangles.
+    pub look: Arc<Look>,
+    /// As of an [`Object`], for the vertices of this part.
+    pub transfer: Option<Arc<Vec<Transfer>>>,
+    /// As of an [`Object`], for the vertices of this part.
+    pub blend: Option<Arc<Vec<f32>>>,
+}
+
 /// Meshes in front of an environment.
 ///
 /// Light is distant: each object reflects the light of its own look. No object casts a shadow on another; on
-/// itself it does in the modes that say so.
+/// itself it does in the modes that say so. A mesh of several materials is several objects, each with the
+/// triangles of one, which are parts of one whole and shadow each other.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The light in the background.
@@ -44,7 +61,8 @@ pub struct Scene {
 impl Scene {
     /// Makes a scene of one mesh with one look, in its own coordinates.
     pub fn of(mesh: Arc<Mesh>, look: Arc<Look>) -> Self {
-        let object = Object { mesh, place: DAffine3::IDENTITY, look, transfer: None, blend: None };
+        let place = DAffine3::IDENTITY;
+        let object = Object { mesh, whole: None, place, look, transfer: None, blend: None };
         Self { light: Arc::clone(object.look.light()), objects: vec![object] }
     }
 
@@ -55,12 +73,23 @@ impl Scene {
         let middle = (looks.len() as f64 - 1.0) / 2.0;
         let object = |(number, look): (usize, &Arc<Look>)| Object {
             mesh: Arc::clone(mesh),
+            whole: None,
             place: DAffine3::from_translation(DVec3::Y * ((number as f64 - middle) * GAP * radius)),
             look: Arc::clone(look),
             transfer: None,
             blend: None,
         };
         Self { light, objects: looks.iter().enumerate().map(object).collect() }
+    }
+
+    /// Makes a scene of a mesh of several materials, in its own coordinates. What a scene of one look says of
+    /// its first object, such as the diagram of [`Mode::Samples`], is that of the first part.
+    pub fn of_parts(whole: &Arc<Mesh>, light: Arc<Light>, parts: Vec<ScenePart>) -> Self {
+        let object = |ScenePart { mesh, look, transfer, blend }| {
+            let (whole, place) = (Some(Arc::clone(whole)), DAffine3::IDENTITY);
+            Object { mesh, whole, place, look, transfer, blend }
+        };
+        Self { light, objects: parts.into_iter().map(object).collect() }
     }
 
     /// Returns the same scene with the transfer matrices of its first object's mesh.
@@ -174,6 +203,11 @@ impl Scene {
 }
 
 impl Object {
+    /// The mesh that hides light from the object: the whole that it is a part of, or its own.
+    pub(crate) fn occluder(&self) -> &Arc<Mesh> {
+        self.whole.as_ref().unwrap_or(&self.mesh)
+    }
+
     /// Whether the object has the inputs of a mode beside light and material.
     pub fn offers(&self, mode: Mode) -> bool {
         let is_of_this_mesh = |transfer: &Arc<Vec<Transfer>>| {
@@ -190,12 +224,14 @@ impl Object {
         }
     }
 
-    /// The ball around the object's triangles, in the world; `None` if it has none.
+    /// The ball around the triangles of the object, or of the whole that it is a part of, in the world;
+    /// `None` if there are none.
     fn ball(&self) -> Option<(DVec3, f64)> {
-        if self.mesh.triangles().is_empty() {
+        let mesh = self.occluder();
+        if mesh.triangles().is_empty() {
             return None;
         }
-        let (centre, radius) = self.mesh.bounds();
+        let (centre, radius) = mesh.bounds();
         let axes = self.place.matrix3;
         let scale = axes.col(0).length().max(axes.col(1).length()).max(axes.col(2).length());
         Some((self.place.transform_point3(DVec3::from_array(centre)), radius * scale))
@@ -226,6 +262,7 @@ mod tests {
         let mesh = Arc::new(mesh);
         let object = |place: &DAffine3| Object {
             mesh: Arc::clone(&mesh),
+            whole: None,
             place: *place,
             look: Arc::clone(&look),
             transfer: None,
@@ -252,6 +289,24 @@ mod tests {
         let places = [-2.0, 2.0].map(|y| DAffine3::from_translation(DVec3::new(0.0, y, 0.0)));
         let framing = scene(&places, mesh::shape("sphere").unwrap()).framing();
         assert!(framing.centre.length() < 1e-6 && (framing.radius - 3.0).abs() < 1e-6, "{framing:?}");
+    }
+
+    #[test]
+    fn parts_are_framed_as_the_whole_is() {
+        let plane = mesh::shape("plane").unwrap();
+        let half = mesh::MaterialRange { material: Some(0), triangles: 1 };
+        let rest = mesh::MaterialRange { material: None, triangles: 1 };
+        let whole = Arc::new(plane.with_materials(vec!["half".to_owned()], &[half, rest]).unwrap());
+        let one = scene(&[DAffine3::IDENTITY], Mesh::clone(&whole));
+        let part = |material| ScenePart {
+            mesh: Arc::new(whole.of_materials(|of| of == material).0),
+            look: Arc::clone(&one.objects[0].look),
+            transfer: None,
+            blend: None,
+        };
+        let parts = Scene::of_parts(&whole, Arc::clone(&one.light), vec![part(Some(0)), part(None)]);
+        assert_eq!(parts.framing(), one.framing());
+        assert!(parts.objects.iter().all(|object| object.mesh.triangles().len() == 1));
     }
 
     #[test]

@@ -180,6 +180,7 @@ fn sixteen(light: &Arc<Light>, scales: &Arc<ScaleSpace>) -> Result<Scene, String
         let share = f64::from(k) / 15.0;
         objects.push(Object {
             mesh: Arc::clone(&mesh),
+            whole: None,
             place: DAffine3::from_translation(DVec3::new(0.0, 2.0 * column - 3.0, 3.0 - 2.0 * row)),
             look: look(light, scales, 0.1 + 0.4 * share, [1.0 - 0.5 * share, 0.8, 0.5 + 0.5 * share])?,
             transfer: Some(Arc::clone(&transfer)),

@@ -9,8 +9,8 @@
 //! component type, sparse or not, quantised (`KHR_mesh_quantization`) and compressed
 //! (`EXT_meshopt_compression`) or not, once or for each of its instances (`EXT_mesh_gpu_instancing`). What
 //! moves is read at rest: vertices follow the joints of their skin; animations and morph targets are not
-//! read, nor are cameras and lights. Of a material, a mesh needs only the set of coordinates of its normal
-//! texture, by which tangents are made if the file has none; `materials.rs` reads the rest.
+//! read, nor are cameras and lights. Of a material, a mesh needs only its name and the set of coordinates of its
+//! normal texture, by which tangents are made if the file has none; `materials.rs` reads the rest.
 //!
 //! The `gltf` crate parses and validates the document. Its readers of accessors are not used: they panic on
 //! counts that a damaged file may hold. Every range is checked here when it is used.
@@ -23,7 +23,7 @@ use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use ::gltf::json::{Accessor, Index, Node};
 use glam::{DAffine3, DQuat, Vec3};
-use mesh::{Mesh, Parts};
+use mesh::{MaterialRange, Mesh, Parts};
 
 use crate::error::{Error, ErrorKind};
 
@@ -328,7 +328,18 @@ fn model(
             }
         }
     }
-    let mesh = Mesh::joined(&meshes).map_err(|error| Error::damaged(error.to_string()))?;
+    let material = |placed: &PlacedPrimitive| {
+        let primitive = document.root.meshes.get(placed.mesh)?.primitives.get(placed.primitive)?;
+        Some(primitive.material?.value() as u32)
+    };
+    let range = |(placed, mesh): (&PlacedPrimitive, &Mesh)| MaterialRange {
+        material: material(placed),
+        triangles: mesh.triangles().len(),
+    };
+    let ranges: Vec<MaterialRange> = placed.iter().zip(&meshes).map(range).collect();
+    let mesh = Mesh::joined(&meshes)
+        .and_then(|mesh| mesh.with_materials(document.materials.clone(), &ranges))
+        .map_err(|error| Error::damaged(error.to_string()))?;
     Ok(Scene { model: Model { mesh, notes: notes.sentences() }, numbers, primitives: placed })
 }
 

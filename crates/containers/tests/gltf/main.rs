@@ -8,7 +8,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD as STANDARD;
 use containers::{Error, ErrorKind, Model, read_gltf};
 use glam::Vec3;
-use mesh::Mesh;
+use mesh::{MaterialRange, Mesh};
 use serde_json::{Value, json};
 
 mod damage;
@@ -346,7 +346,8 @@ fn tangents_follow_the_coordinates_of_the_normal_texture() {
     document["materials"][0]["normalTexture"]["extensions"] =
         json!({ "KHR_texture_transform": { "texCoord": 0, "rotation": 1.5 } });
     let model = read(&glb(&document, &binary)).unwrap();
-    assert_eq!(model.mesh, expected());
+    let all = MaterialRange { material: Some(0), triangles: expected().triangles().len() };
+    assert_eq!(model.mesh, expected().with_materials(vec!["0".to_owned()], &[all]).unwrap());
     assert_eq!(
         model.notes[1..],
         [
@@ -354,6 +355,28 @@ fn tangents_follow_the_coordinates_of_the_normal_texture() {
             sets
         ]
     );
+}
+
+/// Four primitives of two materials and of none, at two places.
+#[test]
+fn every_triangle_knows_its_material() {
+    let (mut document, binary) = square();
+    document["materials"] = json!([{ "name": "red" }, {}, { "name": "unused" }]);
+    let primitive = document["meshes"][0]["primitives"][0].clone();
+    let of = |material: usize| {
+        let mut primitive = primitive.clone();
+        primitive["material"] = material.into();
+        primitive
+    };
+    document["meshes"][0]["primitives"] = json!([of(1), of(0), of(0), primitive]);
+    document["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0, "translation": [2.0, 0.0, 0.0] }]);
+    document["scenes"] = json!([{ "nodes": [0, 1] }]);
+    let mesh = read(&glb(&document, &binary)).unwrap().mesh;
+    assert_eq!(mesh.materials(), ["red", "1", "unused"]);
+    let each = expected().triangles().len();
+    let range = |material, times: usize| MaterialRange { material, triangles: times * each };
+    let once = [range(Some(1), 1), range(Some(0), 2), range(None, 1)];
+    assert_eq!(mesh.material_ranges(), [once, once].concat());
 }
 
 #[test]

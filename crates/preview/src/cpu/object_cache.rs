@@ -33,7 +33,7 @@ impl ObjectCache {
         for (.., shading) in self.vertices.extract_if(.., |entry| !is_used(entry)) {
             self.dropped += shading.passes();
         }
-        self.occluders.retain(|(mesh, _)| scene.objects.iter().any(|of| Arc::ptr_eq(&of.mesh, mesh)));
+        self.occluders.retain(|(mesh, _)| scene.objects.iter().any(|of| Arc::ptr_eq(of.occluder(), mesh)));
         for mode in shot.show.modes() {
             for (number, object) in scene.objects.iter().enumerate() {
                 if mode.shades_vertices() {
@@ -47,9 +47,9 @@ impl ObjectCache {
                     };
                     self.vertices[place].2.update(object, shot);
                 }
-                if mode == Mode::ShadowedBruteForce && self.occluders(&object.mesh).is_none() {
-                    let occluders = Arc::new(Occluders::of(&object.mesh));
-                    self.occluders.push((Arc::clone(&object.mesh), occluders));
+                if mode == Mode::ShadowedBruteForce && self.occluders(object.occluder()).is_none() {
+                    let occluders = Arc::new(Occluders::of(object.occluder()));
+                    self.occluders.push((Arc::clone(object.occluder()), occluders));
                 }
             }
         }
@@ -82,7 +82,7 @@ impl ObjectCache {
     pub(super) fn shadows(&self, scene: &Scene, shot: &Shot) -> Vec<Option<Shadows>> {
         let objects = scene.objects.iter();
         let of = objects.map(|object| {
-            let occluders = self.occluders(&object.mesh)?;
+            let occluders = self.occluders(object.occluder())?;
             Some(Shadows::new(Arc::clone(occluders), object, shot))
         });
         of.collect()

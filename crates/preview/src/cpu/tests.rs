@@ -2,6 +2,7 @@
 
 mod coverage;
 mod lamps;
+mod parts;
 mod pictures;
 mod product;
 mod surfaces;
@@ -75,7 +76,8 @@ fn soup(triangles: &[[[f32; 3]; 3]]) -> Arc<Mesh> {
 }
 
 fn placed(mesh: &Arc<Mesh>, place: DAffine3, look: &Arc<Look>) -> Object {
-    Object { mesh: Arc::clone(mesh), place, look: Arc::clone(look), transfer: None, blend: None }
+    let (mesh, look) = (Arc::clone(mesh), Arc::clone(look));
+    Object { mesh, whole: None, place, look, transfer: None, blend: None }
 }
 
 /// A shot of the unit ball from slightly above, with neutral exposure and tone curve.

@@ -16,7 +16,7 @@ use super::shadow_tree::{ShadowTree, ShadowUniforms};
 use super::vertices::ShadedVertices;
 use crate::shading::harmonics::Harmonics;
 use crate::vertex_shading::ShadedMesh;
-use crate::{Background, Light, Look, Mode, RenderError, Scene, Shot};
+use crate::{Background, Light, Look, Mode, Object, RenderError, Scene, Shot};
 
 /// The pipelines, and the resources of scenes.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl Resources {
     pub(super) fn prepare(&mut self, scene: &Scene, shot: &Shot) -> Result<(), RenderError> {
         let objects = || scene.objects.iter();
         self.meshes.retain(objects().map(|object| &object.mesh));
-        self.trees.retain(objects().map(|object| &object.mesh));
+        self.trees.retain(objects().map(Object::occluder));
         self.shadowed.clear();
         self.looks.retain(objects().map(|object| &object.look));
         self.lights.retain(objects().map(|object| object.look.light()).chain(once(&scene.light)));
@@ -120,9 +120,9 @@ impl Resources {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare_samples(device, layouts, &object.look, lights)?;
                         if let (Mode::ShadowedBruteForce, Some(samples)) = (mode, &maps.samples) {
-                            let tree = self
-                                .trees
-                                .get_or_make(&object.mesh, || ShadowTree::new(device, &object.mesh))?;
+                            let tree = self.trees.get_or_make(object.occluder(), || {
+                                ShadowTree::new(device, object.occluder())
+                            })?;
                             let uniforms = ShadowUniforms::new(tree, object, shot);
                             let bound = tree.bound(device, layouts, samples, uniforms)?;
                             self.shadowed.insert(number, bound);

@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use envmap::ToneMap;
 use glam::{DAffine3, DQuat};
-use preview::{Background, Camera, Look, Mode, Object, RenderError, Scene, Shot, Show};
+use mesh::MaterialRange;
+use preview::{Background, Camera, Look, Mode, Object, RenderError, Scene, ScenePart, Shot, Show};
 use sphere::Rotation;
 
 use compared::Compared;
@@ -91,6 +92,7 @@ fn compact_maps() {
     }
     let object = |y: f64, look: usize| Object {
         mesh: Arc::clone(&knot),
+        whole: None,
         place: DAffine3::from_translation([0.0, y, 0.0].into()),
         look: Arc::clone(&looks[look].1),
         transfer: None,
@@ -141,6 +143,7 @@ fn every_setting_of_a_shot_by_tables() {
     let blend = Arc::new(blend);
     let object = |scale: [f64; 3], at: [f64; 3], look: usize| Object {
         mesh: Arc::clone(&knot),
+        whole: None,
         place: DAffine3::from_scale_rotation_translation(
             scale.into(),
             DQuat::from_rotation_y(0.4),
@@ -185,6 +188,7 @@ fn group() -> Scene {
     };
     let object = |mesh, place, look: usize| Object {
         mesh: Arc::clone(mesh),
+        whole: None,
         place,
         look: Arc::clone(&looks[look].1),
         transfer: None,
@@ -244,6 +248,31 @@ fn every_setting_of_a_shot() {
     ];
     for (name, shot) in cases {
         compared.add(name, "", &scene, &shot);
+    }
+    compared.finish();
+}
+
+/// A knot in three looks, each on triangles all along it.
+#[test]
+fn a_mesh_of_several_materials() {
+    let Some(mut compared) = Compared::new("a_mesh_of_several_materials") else { return };
+    let knot = mesh::shape("torus-knot").unwrap();
+    let range = |triangle: usize| MaterialRange { material: Some((triangle / 64 % 3) as u32), triangles: 1 };
+    let ranges: Vec<MaterialRange> = (0..knot.triangles().len()).map(range).collect();
+    let names = ["one", "two", "three"].map(str::to_owned).to_vec();
+    let whole = Arc::new(knot.with_materials(names, &ranges).unwrap());
+    let looks = scenes::looks();
+    let part = |(material, look): (u32, usize)| ScenePart {
+        mesh: Arc::new(whole.of_materials(|of| of == Some(material)).0),
+        look: Arc::clone(&looks[look].1),
+        transfer: None,
+        blend: None,
+    };
+    let parts = (0..).zip([1, 3, 2]).map(part).collect();
+    let scene = Scene::of_parts(&whole, Arc::clone(looks[1].1.light()), parts);
+    let modes = [Mode::LocalShrm, Mode::Prefiltered, Mode::BruteForce, Mode::ShadowedBruteForce];
+    for mode in modes.into_iter().filter(|mode| scene.offers(*mode)) {
+        compared.add(mode.name(), "", &scene, &shot(&scene, Show::One(mode)));
     }
     compared.finish();
 }

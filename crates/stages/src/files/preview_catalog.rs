@@ -19,6 +19,10 @@
 //! surface can be lit by is an entry: one for an engine, or a cube with levels. An environment that has no
 //! such export, and that no other environment is made of, is an entry by itself.
 //!
+//! A mesh of a glTF file has materials of its own. If the material of an entry is one of them, each triangle
+//! is shown with the entry of its own material under that light, as far as the graph has it
+//! (`own_materials`).
+//!
 //! An entry has two names. The name of its light is that of the environment's item. The name of its material
 //! is the item's own key without the environment's: `gold`. Ambiguous names carry their stages: `gold
 //! (matte)`. If several stages reflect the same material and some of them are exported, the others are
@@ -40,11 +44,13 @@ pub use light_alone::{LightAlone, ROUGHNESSES};
 use names::{Label, MaterialKey, distinct, stage_name};
 pub use origin::CompactMapItems;
 use origin::{EntryParts, Origin, artifact, is_many, single_inputs};
+use own_materials::{GltfReference, OwnMaterials};
 pub use scenes::SceneCache;
 
 mod light_alone;
 mod names;
 mod origin;
+mod own_materials;
 mod scenes;
 
 /// The materials, lights and meshes of a graph that a preview can show.
@@ -59,6 +65,7 @@ pub struct PreviewCatalog {
     transfers: BTreeMap<ItemIndex, ItemIndex>,
     /// The places of several materials of a table on meshes, by the item that makes the mesh.
     blends: BTreeMap<ItemIndex, ItemIndex>,
+    own_materials: OwnMaterials,
 }
 
 /// A material under a light, by the items that made it.
@@ -165,8 +172,9 @@ impl PreviewCatalog {
         let entries = positions.collect::<Vec<_>>().into_iter().zip(found).collect();
         let transfers = of_meshes(&plan, items.clone(), artifacts::Transfer::TYPE);
         let blends = of_meshes(&plan, items.clone(), artifacts::VertexBlend::TYPE);
+        let own_materials = OwnMaterials::of(&plan, items.clone());
         let meshes = meshes(&plan, items);
-        Self { plan, environments, materials, entries, meshes, transfers, blends }
+        Self { plan, environments, materials, entries, meshes, transfers, blends, own_materials }
     }
 
     /// The plan.
@@ -250,14 +258,52 @@ impl PreviewCatalog {
         position("mesh", &self.meshes(), name).map(|_| ())
     }
 
-    /// The items that make an entry and a mesh, and those that they need.
+    /// The items that make an entry and a mesh with its own materials, and those that they need.
     pub fn items(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
-        entry.ancestry.iter().copied().chain(self.mesh_items(mesh)).collect()
+        let others = self.own_entries(entry, mesh).into_iter().flat_map(|(_, other)| &other.ancestry);
+        let items = entry.ancestry.iter().chain(others).copied().chain(self.mesh_items(mesh));
+        items.collect::<BTreeSet<_>>().into_iter().collect()
     }
 
     /// The items that a scene is read from: the environment, the material, the mesh with its transfer and its
-    /// blend, the table, the compact map and the reflection, or the export of a light alone.
+    /// blend, the table, the compact map and the reflection, or the export of a light alone; and those of the
+    /// mesh's own materials.
     pub fn parts(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
+        let others = self.own_entries(entry, mesh).into_iter();
+        let others = others.flat_map(|(_, other)| self.parts_of(other, mesh)).collect::<Vec<_>>();
+        let mut parts = self.parts_of(entry, mesh);
+        others.into_iter().for_each(|item| {
+            if !parts.contains(&item) {
+                parts.push(item);
+            }
+        });
+        parts
+    }
+
+    /// If the material of an entry is one of a mesh's own file: the entries of all of those under the entry's
+    /// light, the entry itself among them, each with its material of that file.
+    fn own_entries(&self, entry: &CatalogEntry, mesh: &str) -> Vec<(&GltfReference, &CatalogEntry)> {
+        let Some(mesh) = self.mesh_item(mesh) else { return Vec::new() };
+        let own = |material: Option<ItemIndex>| self.own_materials.material(mesh, material?);
+        if own(entry.material).is_none() {
+            return Vec::new();
+        }
+        let stage = |entry: &CatalogEntry| entry.reflection.map(|item| self.plan.items[item].stage);
+        let is_like = |other: &CatalogEntry| stage(other) == stage(entry);
+        let mut found = BTreeMap::<ItemIndex, (&GltfReference, &CatalogEntry)>::new();
+        for other in self.entries.values().filter(|other| other.environment == entry.environment) {
+            let (Some(material), Some(reference)) = (other.material, own(other.material)) else { continue };
+            match found.get(&material) {
+                // Several stages may reflect one material: the one that reflects the entry's counts.
+                Some((_, known)) if is_like(known) || !is_like(other) => {}
+                _ => _ = found.insert(material, (reference, other)),
+            }
+        }
+        found.into_values().collect()
+    }
+
+    /// The items that a scene of one material is read from.
+    fn parts_of(&self, entry: &CatalogEntry, mesh: &str) -> Vec<ItemIndex> {
         let added = entry.added.iter().map(|(item, _)| *item);
         let sources = [Some(entry.environment), entry.material].into_iter().flatten().chain(added);
         let sources = sources.chain(entry.light_alone.and_then(|light| light.export));
@@ -306,7 +352,7 @@ impl PreviewCatalog {
         }
     }
 
-    /// The stages of these items.
+    /// The stages of these items, for a scene of an entry on a mesh.
     pub fn stages(&self, entry: &CatalogEntry, mesh: &str) -> BTreeSet<&str> {
         self.items(entry, mesh).into_iter().map(|item| stage_name(&self.plan, item)).collect()
     }

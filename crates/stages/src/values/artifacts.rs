@@ -16,7 +16,7 @@
 //! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f16, or another form |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `vertex-blend` | a number from 0 to 1 for each vertex and their mesh's digest | safetensors: `blend` \[V\] f32 |
-//! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] u32 |
+//! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] and, with materials, `ranges` [R, 2] u32 |
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
 

@@ -27,6 +27,7 @@ mod light_field;
 mod light_kept;
 mod light_rig;
 mod list;
+mod own_materials;
 mod part_of_sphere;
 mod parts;
 mod pipeline;

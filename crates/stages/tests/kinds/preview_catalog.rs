@@ -36,7 +36,7 @@ input = "material"
 degree = [2, 1]
 "#;
 
-const REFLECTION: &str = r#"
+pub(crate) const REFLECTION: &str = r#"
 [stage.reflection]
 kind = "convolve"
 inputs = { lighting = "lighting", brdf = "coefficients" }
@@ -274,7 +274,7 @@ fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_
 }
 
 /// Builds only these stages and those that they need.
-fn build_only(plan: &Plan, stages: &[&str]) -> ResultsSnapshot {
+pub(crate) fn build_only(plan: &Plan, stages: &[&str]) -> ResultsSnapshot {
     let stages = stages.iter().map(ToString::to_string).collect();
     let only = BuildOptions { stages, ..BuildOptions::default() };
     engine::build(plan, &only, &Cancel::default(), &|_| {}).unwrap();

@@ -26,6 +26,8 @@ const LISTED: usize = 5;
 /// A document whose references all lead somewhere.
 pub(super) struct Document {
     pub(super) root: Root,
+    /// The names of the materials; for one without a name, its number.
+    pub(super) materials: Vec<String>,
     /// For each material, the set of texture coordinates of its normal texture, if it has one.
     pub(super) normal_sets: Vec<Option<u32>>,
     /// For each material, whether its normal texture is turned or mirrored by KHR_texture_transform.
@@ -127,13 +129,18 @@ pub(super) fn open<'a>(
 
 /// The document of a file's JSON.
 pub(super) fn of_json(mut parts: Map<String, Value>, attribute: Option<&str>) -> Result<Document, Error> {
+    let materials = elements(&mut parts, "materials").enumerate().map(|(index, material)| {
+        let name = material.get("name").and_then(Value::as_str);
+        name.map_or_else(|| index.to_string(), str::to_owned)
+    });
+    let materials = materials.collect();
     let (normal_sets, turned_normals) = keep_meshes(&mut parts, attribute);
     let root: Root = serde_json::from_value(Value::Object(parts)).map_err(not_gltf)?;
     let (version, least) = (&root.asset.version, root.asset.min_version.as_ref());
     check_version(version, least.map(String::as_str))?;
     check_for_meshes(&root.extensions_required)?;
     validate(&root)?;
-    Ok(Document { root, normal_sets, turned_normals })
+    Ok(Document { root, materials, normal_sets, turned_normals })
 }
 
 /// Refuses a file of another version, or one that needs a later version.

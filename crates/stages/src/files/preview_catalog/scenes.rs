@@ -6,8 +6,8 @@ use std::sync::Arc;
 use brdf::{BrdfTable, Material};
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
 use envmap::Environment;
-use mesh::Mesh;
-use preview::{CompactMap, Light, Look, MapSizes, PrefilteredCube, Scene};
+use mesh::{MaterialRange, Mesh};
+use preview::{CompactMap, Light, Look, MapSizes, PrefilteredCube, Scene, ScenePart};
 use preview::{Export, SubjectDetails};
 use sh::unstopped;
 use taps::ScaleSpace;
@@ -26,6 +26,8 @@ const LIGHTS: usize = 4;
 const MESHES: usize = 4;
 /// The number of tables, transfers and blends that are kept.
 const TABLES: usize = 2;
+/// The number of meshes whose parts by materials are kept.
+const DRESSED: usize = 2;
 
 /// The looks, lights and meshes that were shown last.
 #[derive(Default)]
@@ -39,6 +41,10 @@ pub struct SceneCache {
     compact_maps: Recent<[Digest; 2], CompactMap>,
     transfers: Recent<Digest, Vec<Transfer>>,
     blends: Recent<Digest, Vec<f32>>,
+    parts: Recent<PartsKey, Vec<MeshPart>>,
+    /// The number of further looks, tables and compact maps that the shown mesh has: those of its own
+    /// materials.
+    more: usize,
     /// The look of the material that was edited last.
     edited: Option<(LightKey, Material, Arc<Look>)>,
 }
@@ -57,8 +63,27 @@ type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
 type LookKey =
     (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, Option<[Digest; 2]>, (MapSizes, bool));
 
+/// What the parts of a mesh are made from: the mesh, its transfer, its blend, and the part of each of its
+/// materials.
+type PartsKey = (Digest, [Option<Digest>; 2], Vec<usize>);
+
+/// The triangles of a mesh that have one look.
+struct MeshPart {
+    mesh: Arc<Mesh>,
+    transfer: Option<Arc<Vec<Transfer>>>,
+    blend: Option<Arc<Vec<f32>>>,
+}
+
+/// What a mesh has at its vertices beside itself.
+#[derive(Default)]
+struct AtVertices {
+    transfer: Option<Arc<Vec<Transfer>>>,
+    blend: Option<Arc<Vec<f32>>>,
+}
+
 impl SceneCache {
-    /// An entry on a mesh.
+    /// An entry on a mesh. If the entry's material is one that the mesh has in its own file, every triangle
+    /// has its own material as far as it has been made, and the entry's otherwise.
     ///
     /// # Errors
     /// If something that it needs has not been built or cannot be read.
@@ -72,11 +97,70 @@ impl SceneCache {
         if let Some(light) = entry.light_alone {
             return self.light_alone(catalog, results, entry, light, mesh);
         }
+        self.more = catalog.own_entries(entry, mesh).len();
         let look = self.look(catalog.plan(), results, entry)?;
         let transfer = self.transfer(catalog, results, mesh);
         let blend = self.blend(catalog, results, mesh);
-        let scene = Scene::of(self.mesh(catalog, results, mesh)?, look);
-        Ok(scene.with_transfer(transfer).with_blend(blend))
+        self.dressed(catalog, results, entry, mesh, look, AtVertices { transfer, blend })
+    }
+
+    /// A mesh with the look of an entry, or with those of its own materials.
+    fn dressed(
+        &mut self,
+        catalog: &PreviewCatalog,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+        name: &str,
+        look: Arc<Look>,
+        AtVertices { transfer, blend }: AtVertices,
+    ) -> Result<Scene, Failure> {
+        let mesh = self.mesh(catalog, results, name)?;
+        let names = mesh.materials();
+        // The first look is the entry's; materials without one have it, too.
+        let (mut looks, mut part_of) = (vec![Arc::clone(&look)], vec![0; names.len()]);
+        let mut is_own = false;
+        for (reference, other) in catalog.own_entries(entry, name) {
+            let Some(place) = reference.place(names) else { continue };
+            let is_used = |range: &MaterialRange| range.material == Some(place as u32);
+            if !mesh.material_ranges().iter().any(is_used) {
+                continue;
+            }
+            if other.material == entry.material {
+                is_own = true;
+            } else if let Ok(other) = self.look(catalog.plan(), results, other) {
+                part_of[place] = looks.len();
+                looks.push(other);
+            }
+        }
+        if !is_own || looks.len() == 1 {
+            return Ok(Scene::of(mesh, look).with_transfer(transfer).with_blend(blend));
+        }
+        let digest = |item: Option<ItemIndex>| Some(results.get(item?)?.digest());
+        let digests = [
+            digest(catalog.transfer_item(name).filter(|_| transfer.is_some())),
+            digest(catalog.blend_item(name).filter(|_| blend.is_some())),
+        ];
+        let key = (handle_of(catalog, results, name)?.digest(), digests, part_of.clone());
+        let parts = self.parts.get(DRESSED, key, || {
+            let part = |number: usize| {
+                let part = |material: Option<u32>| material.map_or(0, |place| part_of[place as usize]);
+                MeshPart::of(&mesh, |material| part(material) == number, &transfer, &blend)
+            };
+            Ok((0..looks.len()).map(part).collect())
+        })?;
+        let part = |(part, look): (&MeshPart, Arc<Look>)| ScenePart {
+            mesh: Arc::clone(&part.mesh),
+            look,
+            transfer: part.transfer.clone(),
+            blend: part.blend.clone(),
+        };
+        let parts = parts.iter().zip(looks).map(part).collect();
+        Ok(Scene::of_parts(&mesh, Arc::clone(look.light()), parts))
+    }
+
+    /// How many values of a kind are kept of which a scene has one for each material, beside the usual.
+    fn kept(&self, usual: usize) -> usize {
+        usual + self.more
     }
 
     /// White metal of a few roughnesses under a light alone: as its export lights it, or else its
@@ -170,7 +254,8 @@ impl SceneCache {
             (key, material.clone(), Arc::new(look))
         }));
         let look = Arc::clone(look);
-        Ok(Scene::of(self.mesh(catalog, results, mesh)?, look))
+        self.more = catalog.own_entries(entry, mesh).len();
+        self.dressed(catalog, results, entry, mesh, look, AtVertices::default())
     }
 
     /// The look of an entry. It has no maps if they were not made from the present light and material, and
@@ -217,13 +302,13 @@ impl SceneCache {
                 let look = Look::without_maps(light, read(material)?, entry.sizes);
                 Ok(look.with_table(table).with_compact_map(compact_map))
             };
-            return self.looks.get(LOOKS, key, make);
+            return self.looks.get(self.kept(LOOKS), key, make);
         }
         let item = entry.reflection.ok_or_else(|| Failure::new("nothing reflects this material"))?;
         let reflection = handle(plan, results, item)?;
         let key =
             (light_key, Some(reflection.digest()), material_digest, table_digest, compact_digests, kept);
-        self.looks.get(LOOKS, key, || {
+        self.looks.get(self.kept(LOOKS), key, || {
             let material = material.as_deref().map(read).transpose()?;
             let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
                 let map = reflection.get::<artifacts::Shrm>()?.0.clone();
@@ -247,7 +332,7 @@ impl SceneCache {
         let made = results.get(item)?;
         let digest = made.digest();
         let read = || Ok(made.get::<artifacts::BrdfTable>()?.0.clone());
-        Some((digest, self.tables.get(TABLES, digest, read).ok()?))
+        Some((digest, self.tables.get(self.kept(TABLES), digest, read).ok()?))
     }
 
     /// The compact map of an entry, if it was made of the present light and material and can be read.
@@ -269,7 +354,7 @@ impl SceneCache {
             let (table, material) = (taps.0.table().into(), taps.0.material.clone());
             Ok(CompactMap { scales, taps: Arc::new(table), material })
         };
-        Some((digests, self.compact_maps.get(LOOKS, digests, read).ok()?))
+        Some((digests, self.compact_maps.get(self.kept(LOOKS), digests, read).ok()?))
     }
 
     /// The light of an entry, and its key. Coefficients that were not made from the present environment are
@@ -333,6 +418,30 @@ impl SceneCache {
             MeshSource::BuiltIn(name) => {
                 self.meshes.get(MESHES, MeshKey::BuiltIn(name), || mesh::shape(name).ok_or_else(missing))
             }
+        }
+    }
+}
+
+impl MeshPart {
+    /// The triangles of some materials of a mesh, with what the mesh has at their vertices.
+    fn of(
+        mesh: &Mesh,
+        is_kept: impl Fn(Option<u32>) -> bool,
+        transfer: &Option<Arc<Vec<Transfer>>>,
+        blend: &Option<Arc<Vec<f32>>>,
+    ) -> Self {
+        let (part, vertices) = mesh.of_materials(is_kept);
+        let matrices = |transfer: &Transfer| {
+            let values = vertices.iter().flat_map(|&vertex| transfer.matrix(vertex as usize)).copied();
+            Transfer::new(transfer.output(), transfer.input(), values.collect())
+        };
+        let transfer =
+            transfer.as_ref().filter(|all| all.iter().all(|of| of.len() == mesh.positions().len()));
+        let blend = blend.as_ref().filter(|blend| blend.len() == mesh.positions().len());
+        Self {
+            transfer: transfer.and_then(|all| all.iter().map(matrices).collect::<Option<_>>()).map(Arc::new),
+            blend: blend.map(|all| Arc::new(vertices.iter().map(|&vertex| all[vertex as usize]).collect())),
+            mesh: Arc::new(part),
         }
     }
 }
@@ -427,6 +536,16 @@ fn roughness_of_levels(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) 
 /// The failure of a light that no picture can show.
 fn not_finite() -> Failure {
     Failure::new("the light has a radiance that is not finite")
+}
+
+/// The artifact that the last build made of a mesh of the manifest.
+fn handle_of(
+    catalog: &PreviewCatalog,
+    results: &ResultsSnapshot,
+    mesh: &str,
+) -> Result<Arc<engine::Handle>, Failure> {
+    let item = catalog.mesh_item(mesh).ok_or_else(|| Failure::new("a built-in mesh is made by no stage"))?;
+    handle(catalog.plan(), results, item)
 }
 
 /// The artifact that the last build made of an item.
