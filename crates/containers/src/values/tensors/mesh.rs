@@ -145,9 +145,9 @@ mod tests {
             [&bytes[..at], other.as_bytes(), &bytes[at + from.len()..]].concat()
         };
         let error = |other: &str| decode_mesh(&bytes(other)).unwrap_err().to_string();
-        assert_eq!(error(r#""materials":"[    ]""#), "a triangle has the material 0, and there are 0");
+        assert_eq!(error(r#""materials":"[       ]""#), "a triangle has the material 0, and there are 0");
         let message = "expected the names of the materials in the metadata";
-        assert_eq!(error(r#""materials":"{red}\n""#), message);
+        assert_eq!(error(r#""materials":"{red}    ""#), message);
     }
 
     #[test]
