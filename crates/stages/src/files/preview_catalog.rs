@@ -44,13 +44,14 @@ pub use light_alone::{LightAlone, ROUGHNESSES};
 use names::{Label, MaterialKey, distinct, stage_name};
 pub use origin::CompactMapItems;
 use origin::{EntryParts, Origin, artifact, is_many, single_inputs};
-use own_materials::{GltfReference, OwnMaterials};
+use own_materials::OwnMaterials;
 pub use scenes::SceneCache;
 
 mod light_alone;
 mod names;
 mod origin;
 mod own_materials;
+mod recent;
 mod scenes;
 
 /// The materials, lights and meshes of a graph that a preview can show.
@@ -278,28 +279,6 @@ impl PreviewCatalog {
             }
         });
         parts
-    }
-
-    /// If the material of an entry is one of a mesh's own file: the entries of all of those under the entry's
-    /// light, the entry itself among them, each with its material of that file.
-    fn own_entries(&self, entry: &CatalogEntry, mesh: &str) -> Vec<(&GltfReference, &CatalogEntry)> {
-        let Some(mesh) = self.mesh_item(mesh) else { return Vec::new() };
-        let own = |material: Option<ItemIndex>| self.own_materials.material(mesh, material?);
-        if own(entry.material).is_none() {
-            return Vec::new();
-        }
-        let stage = |entry: &CatalogEntry| entry.reflection.map(|item| self.plan.items[item].stage);
-        let is_like = |other: &CatalogEntry| stage(other) == stage(entry);
-        let mut found = BTreeMap::<ItemIndex, (&GltfReference, &CatalogEntry)>::new();
-        for other in self.entries.values().filter(|other| other.environment == entry.environment) {
-            let (Some(material), Some(reference)) = (other.material, own(other.material)) else { continue };
-            match found.get(&material) {
-                // Several stages may reflect one material: the one that reflects the entry's counts.
-                Some((_, known)) if is_like(known) || !is_like(other) => {}
-                _ => _ = found.insert(material, (reference, other)),
-            }
-        }
-        found.into_values().collect()
     }
 
     /// The items that a scene of one material is read from.

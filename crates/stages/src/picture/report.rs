@@ -3,7 +3,7 @@
 //! ```toml
 //! [stage.report]
 //! kind = "report"
-//! inputs = { environment = "environment", material = "material", reflection = "reflection", shrm = "shrm" }
+//! inputs = { environment = "environment", material = "material", reflection = "reflection", taps = "compact" }
 //! path = "report"
 //! ```
 //!
@@ -108,9 +108,10 @@
 //! ## What is compared
 //!
 //! Connect the stages that export the maps, so that sizes are those of your files: `taps` to an `export-taps`,
-//! `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names, `shrm` to an `export-shrm` with
-//! all light in its map, and `shrm-separate` to one with `lamps = "separate"`. The report then runs after them,
-//! and again if a size changes. What is not connected has the size of half floats at `resolution`.
+//! `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names. The report then runs after
+//! them, and again if a size changes. What is not connected has the size of half floats at `resolution`, marked
+//! with ~. So has an SHRM, always: the report measures it at the degree of the reflection, and the file of
+//! `export-shrm` has a lower one by default.
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
 //! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
@@ -485,7 +486,7 @@ impl Exported {
         let mut sizes = FileSizes::default();
         let own = |(_, key, _): &&(Method, ItemKey, _)| agree(key, environment) && agree(key, material);
         for (method, _, files) in self.0.iter().filter(own) {
-            *sizes.0[*method as usize].get_or_insert(0) += files.total();
+            *sizes[*method as usize].get_or_insert(0) += files.total();
         }
         sizes
     }

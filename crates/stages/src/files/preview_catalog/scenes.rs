@@ -14,6 +14,7 @@ use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
 use super::light_alone::{LightAlone, ROUGHNESSES, exported_light, prefiltered};
+use super::recent::Recent;
 use super::{CatalogEntry, CompactMapItems, MeshSource, PreviewCatalog, artifact};
 use crate::engines::{ExportedLight, LightInFile};
 use crate::values::artifacts;
@@ -567,37 +568,4 @@ fn is_current(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry, item
 /// The items of an entry that are older than their inputs.
 fn outdated(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
     entry.ancestry.iter().copied().filter(|item| !results.is_consistent(plan, *item))
-}
-
-/// The values that were used last, the latest first.
-struct Recent<K, V>(Vec<(K, Arc<V>)>);
-
-impl<K, V> Default for Recent<K, V> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<K: PartialEq, V> Recent<K, V> {
-    /// The latest value of such a key.
-    fn find(&self, matches: impl Fn(&K) -> bool) -> Option<Arc<V>> {
-        self.0.iter().find(|(key, _)| matches(key)).map(|(_, value)| Arc::clone(value))
-    }
-
-    /// The value of a key, made if it is not there; at most `most` values are kept.
-    fn get(
-        &mut self,
-        most: usize,
-        key: K,
-        make: impl FnOnce() -> Result<V, Failure>,
-    ) -> Result<Arc<V>, Failure> {
-        let found = self.0.iter().position(|(known, _)| *known == key);
-        let entry = match found {
-            Some(place) => self.0.remove(place),
-            None => (key, Arc::new(make()?)),
-        };
-        self.0.insert(0, entry);
-        self.0.truncate(most);
-        Ok(Arc::clone(&self.0[0].1))
-    }
 }

@@ -441,7 +441,7 @@ impl Method {
     }
 
     /// The port to which the stage that writes the export can be connected. The maps of parts come from two
-    /// stages, and have none.
+    /// stages, and have none; nor has an SHRM, because its file holds a lower degree P than is measured here.
     pub(crate) fn port(self) -> Option<&'static str> {
         match self {
             Self::Taps => Some("taps"),
@@ -449,8 +449,7 @@ impl Method {
             Self::PartMaps => None,
             Self::KautzMccool => Some("kautz-mccool"),
             Self::Cabral => Some("cabral"),
-            Self::Shrm => Some("shrm"),
-            Self::ShrmSeparate => Some("shrm-separate"),
+            Self::Shrm | Self::ShrmSeparate => None,
         }
     }
 
@@ -503,18 +502,7 @@ impl Export {
 }
 
 /// The bytes of the files of each of [`Method::ALL`] that the pipeline exports for a pair.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct FileSizes(pub(crate) [Option<u64>; Method::ALL.len()]);
-
-impl FileSizes {
-    /// The bytes of a method's files. In light without lamps, both forms of an SHRM are one.
-    pub(crate) fn of(&self, method: Method, has_lamps: bool) -> Option<u64> {
-        let own = self.0[method as usize];
-        let same = [Method::Shrm, Method::ShrmSeparate];
-        let other = same.into_iter().filter(|_| !has_lamps && same.contains(&method));
-        own.or_else(|| other.filter_map(|method| self.0[method as usize]).next())
-    }
-}
+pub(crate) type FileSizes = [Option<u64>; Method::ALL.len()];
 
 /// An export with other settings than those of the report.
 #[derive(Clone, Debug, Serialize)]

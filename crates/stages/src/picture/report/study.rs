@@ -186,8 +186,7 @@ pub(crate) fn pair<'a>(
     for (export, (lattice, values)) in measured {
         let shown = [&values, &scene.truth].map(|values| scene.shown(lattice, values, lit.exposure));
         pictures.exports.push(shown);
-        let file = studied.files.of(export.method, reflection.lamps().is_some());
-        exports.push(Export { file, ..export });
+        exports.push(Export { file: studied.files[export.method as usize], ..export });
     }
     let tried = scene.trials(lit, material, studied, &exports, settings)?;
     let degrees = [reflection.brdf().f().get(), reflection.brdf().p().get()];
