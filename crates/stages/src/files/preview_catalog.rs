@@ -47,8 +47,10 @@ use own_materials::OwnMaterials;
 pub use scenes::SceneCache;
 
 mod light_alone;
+mod light_entries;
 mod names;
 mod origin;
+mod own_entries;
 mod own_materials;
 mod recent;
 mod scenes;
