@@ -9,8 +9,8 @@
 //! component type, sparse or not, quantised (`KHR_mesh_quantization`) and compressed
 //! (`EXT_meshopt_compression`) or not, once or for each of its instances (`EXT_mesh_gpu_instancing`). What
 //! moves is read at rest: vertices follow the joints of their skin; animations and morph targets are not
-//! read, nor are cameras and lights. Of a material, a mesh needs only its name and the set of coordinates of its
-//! normal texture, by which tangents are made if the file has none; `materials.rs` reads the rest.
+//! read, nor are cameras and lights. Of a material, a mesh needs only its name and the set of coordinates of
+//! its normal texture, by which tangents are made if the file has none; `materials.rs` reads the rest.
 //!
 //! The `gltf` crate parses and validates the document. Its readers of accessors are not used: they panic on
 //! counts that a damaged file may hold. Every range is checked here when it is used.

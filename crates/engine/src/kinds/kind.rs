@@ -75,8 +75,8 @@ impl Port {
         self.types.iter().map(|(name, _)| *name)
     }
 
-    /// Whether it takes artifacts of this type. The sizes of exported files have to be named: a port that takes
-    /// all types does not mean them.
+    /// Whether it takes artifacts of this type. The sizes of exported files have to be named: a port that
+    /// takes all types does not mean them.
     pub fn takes(&self, type_name: &str) -> bool {
         self.any && type_name != ExportedFiles::TYPE || self.types().any(|name| name == type_name)
     }

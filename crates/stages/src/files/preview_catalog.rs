@@ -39,7 +39,6 @@ use sphere::Rotation;
 use crate::material::ImportMaterial;
 use crate::values::{ExportedMaps, artifacts};
 
-use light_alone::exported_light;
 pub use light_alone::{LightAlone, ROUGHNESSES};
 use names::{Label, MaterialKey, distinct, stage_name};
 pub use origin::CompactMapItems;
@@ -48,8 +47,10 @@ use own_materials::OwnMaterials;
 pub use scenes::SceneCache;
 
 mod light_alone;
+mod light_entries;
 mod names;
 mod origin;
+mod own_entries;
 mod own_materials;
 mod recent;
 mod scenes;
@@ -520,52 +521,6 @@ impl Connections {
             exports,
             ancestry,
             maps,
-        })
-    }
-
-    /// The entries of light without a material, if there is none.
-    fn light_entries(
-        &self,
-        plan: &Plan,
-        items: impl Iterator<Item = ItemIndex> + Clone,
-    ) -> Vec<CatalogEntry> {
-        let made = |item: ItemIndex| artifact(plan, item);
-        if items.clone().any(|item| made(item) == Some(artifacts::Material::TYPE)) {
-            return Vec::new();
-        }
-        let exports = items.clone().filter(|item| exported_light(plan, *item).is_some());
-        let mut found: Vec<_> = exports.filter_map(|item| self.light_entry(plan, item, Some(item))).collect();
-        let shown: BTreeSet<_> = found.iter().flat_map(|entry| entry.ancestry.iter().copied()).collect();
-        let environments = items.filter(|item| made(*item) == Some(artifacts::Environment::TYPE));
-        let steps: BTreeSet<_> = environments.clone().flat_map(|item| single_inputs(plan, item)).collect();
-        let rest = environments.filter(|item| !shown.contains(item) && !steps.contains(item));
-        found.extend(rest.filter_map(|item| self.light_entry(plan, item, None)));
-        found
-    }
-
-    /// The entry of the light that an item exports, or of the environment that it makes.
-    fn light_entry(&self, plan: &Plan, item: ItemIndex, export: Option<ItemIndex>) -> Option<CatalogEntry> {
-        let (mut origin, mut source) = (Origin::default(), Origin::default());
-        origin.follow(plan, item, Rotation::IDENTITY);
-        let (environment, _) = origin.environment?;
-        source.follow(plan, environment, Rotation::IDENTITY);
-        let mut ancestry = origin.ancestry;
-        ancestry.sort_unstable();
-        Some(CatalogEntry {
-            reflection: None,
-            table: None,
-            compact_map: None,
-            light_alone: Some(LightAlone { export }),
-            environment,
-            added: Vec::new(),
-            lighting: None,
-            material: None,
-            turn: Rotation::IDENTITY,
-            sizes: MapSizes::default(),
-            holds_lamps: false,
-            exports: export.map_or_else(|| self.exports(plan, environment), |item| vec![item]),
-            maps: ancestry.iter().copied().filter(|item| !source.ancestry.contains(item)).collect(),
-            ancestry,
         })
     }
 

@@ -107,11 +107,11 @@
 //!
 //! ## What is compared
 //!
-//! Connect the stages that export the maps, so that sizes are those of your files: `taps` to an `export-taps`,
-//! `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names. The report then runs after
-//! them, and again if a size changes. What is not connected has the size of half floats at `resolution`, marked
-//! with ~. So has an SHRM, always: the report measures it at the degree of the reflection, and the file of
-//! `export-shrm` has a lower one by default.
+//! Connect the stages that export the maps, so that sizes are those of your files: `taps` to an
+//! `export-taps`, `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names. The report
+//! then runs after them, and again if a size changes. What is not connected has the size of half floats at
+//! `resolution`, marked with ~. So has an SHRM, always: the report measures it at the degree of the
+//! reflection, and the file of `export-shrm` has a lower one by default.
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
 //! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,

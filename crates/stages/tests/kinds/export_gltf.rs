@@ -140,7 +140,10 @@ fn the_mesh_comes_back() {
     let file = &knot().files()[0];
     let found = containers::read_gltf::<containers::Error>(file, &mut |_| unreachable!()).unwrap();
     let notes = vec!["the primitive has vertex colours (COLOR_0), which are left out".to_owned()];
-    assert_eq!((found.mesh, found.notes), (pit().0, notes));
+    // All of it has the material of the file.
+    let all = mesh::MaterialRange { material: Some(0), triangles: 6 };
+    let expected = pit().0.with_materials(vec!["0".into()], &[all]).unwrap();
+    assert_eq!((found.mesh, found.notes), (expected, notes));
     assert_eq!(containers::read_recipe(file).as_deref(), Some(r#"{"kind":"export-gltf"}"#));
     let read = Read::of(file);
     let positions: Vec<[f32; 3]> = read.attribute("POSITION");

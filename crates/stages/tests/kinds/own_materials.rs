@@ -16,8 +16,8 @@ const MESHES: &str = "[stage.mesh]\nkind = \"import-mesh\"\nsource = \"mesh/*.gl
 
 /// The project of `preview_catalog` with a glTF file of two triangles: one red, one of a material without a
 /// name. No triangle has its third material.
-fn dressed(stages: &str) -> (tempfile::TempDir, Plan) {
-    let (folder, _) = project(&format!("{REFLECTION}{MESHES}{stages}"));
+fn dressed() -> (tempfile::TempDir, Plan) {
+    let (folder, _) = project(REFLECTION);
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0_f32]];
     let mut bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();
     bytes.extend([0, 1, 2, 2, 1, 3_u16].into_iter().flat_map(u16::to_le_bytes));
@@ -60,6 +60,8 @@ fn dressed(stages: &str) -> (tempfile::TempDir, Plan) {
         let text = format!("model = \"gltf\"\nfile = \"../mesh/two.gltf\"\nmaterial = {material}\n");
         write(&format!("paint/{name}.toml"), text.as_bytes());
     }
+    let manifest = fs::read_to_string(folder.path().join("pipeline.toml")).unwrap();
+    write("pipeline.toml", format!("{manifest}{MESHES}").as_bytes());
     let plan = load(folder.path());
     (folder, plan)
 }
@@ -75,7 +77,7 @@ fn colours(scene: &Scene) -> Vec<Option<[f64; 3]>> {
 
 #[test]
 fn a_mesh_is_shown_in_its_own_materials() {
-    let (_folder, plan) = dressed("");
+    let (_folder, plan) = dressed();
     let catalog = PreviewCatalog::of(plan.clone());
     let results = build(&plan);
     let mut scenes = SceneCache::default();
@@ -110,7 +112,7 @@ fn a_mesh_is_shown_in_its_own_materials() {
 
 #[test]
 fn a_mesh_needs_what_its_own_materials_need() {
-    let (folder, plan) = dressed("");
+    let (folder, plan) = dressed();
     let catalog = PreviewCatalog::of(plan.clone());
     let entry = |material: &str| catalog.entry("east", material).unwrap().unwrap();
     let (red, blue) = (entry("red"), entry("blue"));

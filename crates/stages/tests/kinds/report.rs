@@ -1,6 +1,7 @@
 //! The report: its figures compared with the kernels, and a page without outside references.
 
 use brdf::{Choice, project};
+use engine::ExportedFiles;
 use envmap::Environment as Map;
 use serde_json::Value;
 use sh::{Degree, Stop, Transform};
@@ -96,6 +97,39 @@ pub(crate) fn export<'a>(pair: &'a Value, method: &str) -> &'a Value {
 
 pub(crate) fn stops(figures: &Value) -> [f64; 2] {
     ["p95", "p99"].map(|name| figures[name].as_f64().unwrap())
+}
+
+#[test]
+fn sizes_are_those_of_connected_files() {
+    let pair = |name: &'static str| [("environment", "sky"), ("material", name)];
+    let files = |bytes: &[u64]| ExportedFiles { bytes: bytes.to_vec() };
+    let case = case("report", SMALL);
+    let case = with_material(with_environment(case, "sky", sky), "gold", microfacet(0.3));
+    let without = report(&case).0;
+    let case = with_material(case, "chalk", lambert(0.8));
+    let case = case.keyed_input("cabral", &pair("gold"), files(&[500, 0, 23]));
+    let case = case.keyed_input("cabral", &pair("chalk"), files(&[7]));
+    // Once for each environment.
+    let case = case.keyed_input("kautz-mccool", &[("environment", "sky")], files(&[321_000]));
+    let (figures, page) = report(&case);
+    let [gold, chalk] = ["gold", "chalk"].map(|name| {
+        let pairs = figures["pairs"].as_array().unwrap();
+        pairs.iter().find(|pair| pair["material"] == name).unwrap()
+    });
+    assert_eq!(export(gold, "cabral")["file"], 523);
+    assert_eq!(export(chalk, "cabral")["file"], 7);
+    for pair in [gold, chalk] {
+        assert_eq!(export(pair, "kautz-mccool")["file"], 321_000);
+        assert_eq!(export(pair, "reflection-map")["file"], Value::Null);
+    }
+    // The texels are counted as before.
+    let bytes = |pair: &Value| export(pair, "cabral")["bytes"].as_u64();
+    assert_eq!(bytes(gold), bytes(&without["pairs"][0]));
+    assert!(
+        page.contains(">523 B<") && page.contains(">321.0 kB<") && page.contains(">~6.9 kB<"),
+        "{page:.9000}"
+    );
+    check_page(&page);
 }
 
 fn is_good(figures: &Value) -> bool {

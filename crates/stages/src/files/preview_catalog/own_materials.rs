@@ -11,7 +11,6 @@ use engine::{Artifact, Document, ItemIndex, Kind, Plan, Table, ValueKind};
 use serde_json::Value;
 
 use super::origin::{artifact, single_inputs};
-use super::{CatalogEntry, PreviewCatalog};
 use crate::material::{GLTF, ImportMaterial, is_gltf_file};
 use crate::values::artifacts;
 
@@ -52,34 +51,6 @@ impl OwnMaterials {
     pub(super) fn material(&self, mesh: ItemIndex, material: ItemIndex) -> Option<&GltfReference> {
         let file = self.meshes.get(&mesh)?;
         self.materials.get(&material).filter(|reference| reference.file == *file)
-    }
-}
-
-impl PreviewCatalog {
-    /// If the material of an entry is one of a mesh's own file: the entries of all of those under the entry's
-    /// light, the entry itself among them, each with its material of that file.
-    pub(super) fn own_entries(
-        &self,
-        entry: &CatalogEntry,
-        mesh: &str,
-    ) -> Vec<(&GltfReference, &CatalogEntry)> {
-        let Some(mesh) = self.mesh_item(mesh) else { return Vec::new() };
-        let own = |material: Option<ItemIndex>| self.own_materials.material(mesh, material?);
-        if own(entry.material).is_none() {
-            return Vec::new();
-        }
-        let stage = |entry: &CatalogEntry| entry.reflection.map(|item| self.plan.items[item].stage);
-        let is_like = |other: &CatalogEntry| stage(other) == stage(entry);
-        let mut found = BTreeMap::<ItemIndex, (&GltfReference, &CatalogEntry)>::new();
-        for other in self.entries.values().filter(|other| other.environment == entry.environment) {
-            let (Some(material), Some(reference)) = (other.material, own(other.material)) else { continue };
-            match found.get(&material) {
-                // Several stages may reflect one material: the one that reflects the entry's counts.
-                Some((_, known)) if is_like(known) || !is_like(other) => {}
-                _ => _ = found.insert(material, (reference, other)),
-            }
-        }
-        found.into_values().collect()
     }
 }
 
