@@ -119,10 +119,13 @@ pub(crate) fn compact() -> &'static [Named] {
     &LOOKS
 }
 
+/// The name of what lights a row of balls, and their looks.
+type NamedRow = (&'static str, Vec<Arc<Look>>);
+
 /// White metals under each environment, with a cube of four levels: the first metal reads the first level,
 /// the second one between two, the last one past the end.
-pub(crate) fn white_metals() -> &'static [(&'static str, Vec<Arc<Look>>)] {
-    static LOOKS: LazyLock<Vec<(&'static str, Vec<Arc<Look>>)>> = LazyLock::new(|| {
+pub(crate) fn white_metals() -> &'static [NamedRow] {
+    static LOOKS: LazyLock<Vec<NamedRow>> = LazyLock::new(|| {
         let metals = |(name, environment): (&'static str, Environment)| {
             let level = |edge| environment.cube_map(Cube { edge }).unwrap();
             let cube = Arc::new(PrefilteredCube::new([16, 8, 4, 2].map(level).into()).unwrap());

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use engine::{Artifact as _, ExportedFiles, Product, Table, ValueKind};
+use engine::{Product, Table, ValueKind};
 
 use crate::fixture::kinds;
 
@@ -121,14 +121,8 @@ fn products(kind: &dyn engine::ErasedKind) -> Vec<Product> {
 #[test]
 fn every_type_that_a_port_takes_has_a_producer() {
     let kinds = kinds();
-    let made: HashSet<_> = kinds
-        .iter()
-        .flat_map(|kind| products(kind.as_ref()))
-        .filter_map(|product| match product {
-            Product::Artifact(name) => Some(name),
-            Product::Files(_) => Some(ExportedFiles::TYPE),
-        })
-        .collect();
+    let made: HashSet<_> =
+        kinds.iter().flat_map(|kind| products(kind.as_ref())).map(|product| product.type_name()).collect();
     for kind in kinds.iter() {
         for port in kind.ports() {
             assert!(port.types().all(|name| made.contains(name)), "{} {}", kind.name(), port.name);

@@ -42,8 +42,7 @@ pub fn encode_mesh(mesh: &Mesh, recipe: Option<&str>) -> Vec<u8> {
 /// The errors of [`super::decode_lighting`] and of [`Mesh::new`].
 pub fn decode_mesh(bytes: &[u8]) -> Result<Mesh, Error> {
     let file = TensorFile::open_as(bytes, "mesh")?;
-    let [coordinates, ranges] =
-        ["coordinates", "ranges"].map(|name| file.tensors.names().iter().any(|known| *known == name));
+    let [coordinates, ranges] = ["coordinates", "ranges"].map(|name| file.tensors.names().contains(&name));
     let damaged = |error: MeshError| Error::damaged(error.to_string());
     let mesh = Mesh::new(
         file.vectors("positions", Dtype::F32, f32::from_le_bytes)?,
