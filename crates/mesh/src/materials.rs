@@ -33,7 +33,7 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The same mesh with the materials of another of the same triangles.
+    /// Returns the mesh with the materials of another mesh, whose triangles are the same.
     pub(crate) fn with_materials_of(mut self, other: &Self) -> Self {
         self.materials = other.materials.clone();
         self

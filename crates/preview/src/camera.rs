@@ -28,10 +28,10 @@ impl Framing {
     /// wide may reach past the ball's sides.
     pub(crate) fn within(self, size: [u32; 2]) -> Self {
         /// The least share of the radius: it keeps the camera outside.
-        const LEAST: f64 = 0.45;
+        const LEAST_SHARE: f64 = 0.45;
         let [width, height] = size.map(|side| f64::from(side.max(1)));
         let shorter = width.min(height);
-        let wide = self.radius * (shorter / width).max(LEAST);
+        let wide = self.radius * (shorter / width).max(LEAST_SHARE);
         Self::ball(self.centre, wide.max(self.height * (shorter / height)))
     }
 }

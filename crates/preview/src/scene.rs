@@ -39,9 +39,9 @@ pub struct ScenePart {
     pub mesh: Arc<Mesh>,
     /// The look of the triangles.
     pub look: Arc<Look>,
-    /// As of an [`Object`], for the vertices of this part.
+    /// The transfer matrices of the vertices of this part, as [`Object::transfer`] has them.
     pub transfer: Option<Arc<Vec<Transfer>>>,
-    /// As of an [`Object`], for the vertices of this part.
+    /// The place of the vertices of this part between two materials, as [`Object::blend`] has it.
     pub blend: Option<Arc<Vec<f32>>>,
 }
 

@@ -31,8 +31,12 @@ const ROUNDS: usize = 3;
 
 /// The range of halves in stops, which the error is a share of.
 const STOPS: f64 = 30.0;
-const LEAST: f32 = 6.103_515_6e-5;
-const MOST: f32 = 65504.0;
+
+/// The least normal half: what is below counts as it.
+const LEAST_NORMAL_HALF: f32 = 6.103_515_6e-5;
+
+/// The greatest half: what is above counts as it.
+const GREATEST_HALF: f32 = 65504.0;
 
 fn main() {
     if let Err(error) = run() {
@@ -109,13 +113,13 @@ impl Seen {
     }
 }
 
-/// Those for engines, the nearest texels, and the compressor's.
+/// Encodes a texture for engines, with the nearest texels, and by the other compressor, and measures each.
 fn measure(texture: &Texture) -> Result<[Seen; 3], Failure> {
     let halves: Vec<u8> = texture
         .pixels
         .iter()
         .flat_map(|texel| [texel[0], texel[1], texel[2], 1.0])
-        .flat_map(|value| f16::from_f32(value.clamp(0.0, MOST)).to_le_bytes())
+        .flat_map(|value| f16::from_f32(value.clamp(0.0, GREATEST_HALF)).to_le_bytes())
         .collect();
     let specula = |encoding: TexelEncoding| Ok::<_, Failure>(write_dds(texture, encoding)?.bytes);
     let mut seconds = [f64::MAX; 3];
@@ -152,11 +156,11 @@ fn ispc(texture: &Texture, halves: &[u8]) -> Vec<u8> {
 
 /// The error of base-2 logarithms in dB, and the change of the sum of values as a share.
 fn errors(given: &[[f32; 3]], found: &[[f32; 3]]) -> (f64, f64) {
-    let stops = |value: f32| f64::from(value.clamp(LEAST, MOST)).log2();
+    let stops = |value: f32| f64::from(value.clamp(LEAST_NORMAL_HALF, GREATEST_HALF)).log2();
     let (mut squares, mut light, mut kept) = (0.0, 0.0, 0.0);
     for (given, found) in given.as_flattened().iter().zip(found.as_flattened()) {
         squares += (stops(*found) - stops(*given)).powi(2);
-        light += f64::from(given.min(MOST));
+        light += f64::from(given.min(GREATEST_HALF));
         kept += f64::from(*found);
     }
     let rms = (squares / given.as_flattened().len() as f64).sqrt();

@@ -78,7 +78,7 @@ fn a_consumer_of_files_gets_their_sizes_and_reruns_only_if_one_changes() {
     .assert_eq(&project.build());
     assert_eq!(project.read("out/sizes.txt"), "a: [5, 1], 6 in all\nb: [0, 1], 1 in all\n");
 
-    // Of an earlier result everything is found again.
+    // If a text returns to what it was, the cache has everything that was made of it.
     project.write("a.txt", "one");
     assert_has(project.build(), ["ended: 0 ran, 5 up to date"]);
     assert_eq!(project.read("out/sizes.txt"), "a: [3, 1], 4 in all\nb: [0, 1], 1 in all\n");

@@ -30,7 +30,8 @@ pub(super) struct OwnMaterials {
 }
 
 impl OwnMaterials {
-    /// Those of some items of a plan. A material file that cannot be read is none of a glTF file's.
+    /// The glTF files of the materials and meshes that some items of a plan make. A material file that cannot
+    /// be read is left out.
     pub(super) fn of(plan: &Plan, items: impl Iterator<Item = ItemIndex>) -> Self {
         let mut own = Self::default();
         for item in items {
