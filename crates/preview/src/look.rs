@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BrdfTable, Centre, Material, Standard, StandardParameters};
-use sh::{Degree, Stop};
+use sh::{Degree, Light as Sun, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
 
@@ -45,6 +45,8 @@ pub struct Look {
     compact_map: Option<Arc<CompactMap>>,
     /// The cube that an engine lights the surface with, and the level that it reads.
     prefiltered_cube: Option<(Arc<PrefilteredCube>, f64)>,
+    /// The lights that an engine lights the surface with beside the cube.
+    suns: Vec<Sun>,
     /// Whether the look shows a light, and no material of anybody's.
     shows_light: bool,
     sizes: MapSizes,
@@ -88,7 +90,7 @@ impl Look {
 
     /// The look of a light alone: a white metal of some roughness, which loses no light, shows it. With a
     /// cube of an engine and the level that it reads for that roughness, [`crate::Mode::Prefiltered`] shows
-    /// that.
+    /// that, and the lights that the engine has beside the cube ([`Look::with_suns`]).
     ///
     /// # Errors
     /// If the roughness is above 1 or not a number.
@@ -113,6 +115,7 @@ impl Look {
             table: None,
             compact_map: None,
             prefiltered_cube: None,
+            suns: Vec::new(),
             shows_light: false,
             sizes,
             holds_lamps: false,
@@ -129,6 +132,12 @@ impl Look {
     #[must_use]
     pub fn with_table(self, table: Option<Arc<BrdfTable>>) -> Self {
         Self { table, ..self }
+    }
+
+    /// Returns the same look with the lights that stand beside the cube of an engine.
+    #[must_use]
+    pub fn with_suns(self, suns: Vec<Sun>) -> Self {
+        Self { suns, ..self }
     }
 
     /// Returns the same look with the compact map of its light and its material, which [`crate::Mode::Taps`]
@@ -196,6 +205,13 @@ impl Look {
     /// look was made from a map.
     pub fn beside(&self) -> Option<&Reflection> {
         self.reflection().filter(|_| !self.bakes())
+    }
+
+    /// The lights beside the cube of an engine, and the white metal that reflects them; `None` if there are
+    /// none.
+    pub fn beside_cube(&self) -> Option<Lamps> {
+        let material = self.prefiltered_cube.as_ref().and(self.material.clone())?;
+        (!self.suns.is_empty()).then(|| Lamps { lights: self.suns.clone(), material })
     }
 
     /// Whether the SHRMs have lamps baked into them.

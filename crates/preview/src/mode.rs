@@ -18,7 +18,8 @@ pub enum Mode {
     KautzMcCool,
     /// A white diffuse surface: irradiance over pi, from nine coefficients.
     Irradiance,
-    /// One reflection map, the mean over all views.
+    /// One reflection map, the mean over all views; or the cube of an engine, to which the lights beside it
+    /// are added.
     Prefiltered,
     /// A perfect mirror: the environment itself.
     Mirror,
@@ -129,10 +130,10 @@ impl Mode {
         }
     }
 
-    /// Whether the lamps of the look's reflection are not in the mode's map but added at each surface.
+    /// Whether lights beside the mode's map are added at each surface.
     #[cfg(feature = "gpu")]
     pub(crate) fn adds_lamps(self) -> bool {
-        matches!(self, Self::LocalShrm | Self::GlobalShrm)
+        matches!(self, Self::LocalShrm | Self::GlobalShrm | Self::Prefiltered)
     }
 
     /// The mode with a name.

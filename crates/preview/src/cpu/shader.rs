@@ -29,6 +29,8 @@ pub(super) struct LookCache {
     local: OnceLock<LocalShrm>,
     global: OnceLock<GlobalShrm>,
     lamps: OnceLock<PackedLamps>,
+    /// The lights beside the cube of an engine.
+    suns: OnceLock<PackedLamps>,
     taps: OnceLock<(PackedTaps, PackedLamps)>,
     brute: OnceLock<Prepared>,
     product: OnceLock<Option<ProductSampling>>,
@@ -46,6 +48,7 @@ impl LookCache {
                     local: OnceLock::new(),
                     global: OnceLock::new(),
                     lamps: OnceLock::new(),
+                    suns: OnceLock::new(),
                     taps: OnceLock::new(),
                     brute: OnceLock::new(),
                     product: OnceLock::new(),
@@ -88,7 +91,11 @@ pub(super) enum Shader<'a> {
         count: usize,
         cube: Cube<'a>,
     },
-    Prefiltered(PrefilteredMap<'a>, Centre),
+    Prefiltered {
+        map: PrefilteredMap<'a>,
+        centre: Centre,
+        lamps: &'a PackedLamps,
+    },
     Taps {
         levels: Levels<'a>,
         taps: &'a PackedTaps,
@@ -126,7 +133,7 @@ impl<'a> Shader<'a> {
     ) -> Result<Self, RenderError> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
-        let lamps = || cache.lamps.get_or_init(|| PackedLamps::new(look.beside()));
+        let lamps = || cache.lamps.get_or_init(|| PackedLamps::beside_map(look, mode));
         let brute = || once(&cache.brute, || Prepared::new(look));
         let product = || match ProductSampling::is_worth(shot) {
             true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),
@@ -151,7 +158,11 @@ impl<'a> Shader<'a> {
                 let texture = look.kautz_mccool()?;
                 Self::KautzMcCool { count: texture.views().count(), cube: cube(texture.maps()) }
             }
-            Mode::Prefiltered => Self::Prefiltered(PrefilteredMap::of(look)?, look.centre()),
+            Mode::Prefiltered => Self::Prefiltered {
+                map: PrefilteredMap::of(look)?,
+                centre: look.centre(),
+                lamps: cache.suns.get_or_init(|| PackedLamps::beside_map(look, mode)),
+            },
             Mode::Taps => {
                 let map = look.compact_map()?;
                 let packed = || (PackedTaps::new(map.taps.table()), PackedLamps::beside(map));
@@ -198,7 +209,9 @@ impl<'a> Shader<'a> {
             Self::KautzMcCool { count, cube } => {
                 kautz_mccool(cube.edge, cube.texels, *count, cube.centre, surface)
             }
-            Self::Prefiltered(map, centre) => prefiltered(map, *centre, surface),
+            Self::Prefiltered { map, centre, lamps: beside } => {
+                lamps(beside, prefiltered(map, *centre, surface), surface)
+            }
             Self::Taps { levels, taps, lamps: beside } => {
                 lamps(beside, taps_radiance(levels, taps, surface), surface)
             }

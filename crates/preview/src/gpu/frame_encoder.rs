@@ -311,7 +311,7 @@ impl<'a> FrameEncoder<'a> {
             let maps = self.resources.lights.get(look.light());
             if mode.adds_lamps() {
                 let maps = self.resources.looks.get(look);
-                let Some(lamps) = maps.and_then(|maps| maps.lamps.as_ref()) else { continue };
+                let Some(lamps) = maps.and_then(|maps| maps.lamps.get(&mode)) else { continue };
                 pass.set_bind_group(3, lamps, &[]);
             }
             match mode {

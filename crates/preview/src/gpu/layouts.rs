@@ -253,10 +253,12 @@ fn vertices_source() -> String {
 /// The models that the shader of a mode looks at.
 pub(super) fn models(mode: Mode, look: &Look) -> BTreeSet<u32> {
     let beside = look.reflection().and_then(Reflection::lamps).map(|lamps| &lamps.material);
+    let has_suns = look.beside_cube().is_some();
     let compact_map = look.compact_map().ok().filter(|map| !map.scales.lights().is_empty());
     let material = match mode {
         Mode::Taps => compact_map.map(|map| &map.material),
         mode if mode.is_brute_force() => look.material(),
+        Mode::Prefiltered => look.material().filter(|_| has_suns),
         mode if mode.adds_lamps() => beside,
         _ => None,
     };
@@ -279,7 +281,10 @@ fn mode_source(mode: Mode, models: &BTreeSet<u32>) -> String {
             "lamps_added(surface, taps_radiance(surface))",
         ),
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
-        Mode::Prefiltered => (&[include_str!("../shading/prefiltered.wgsl")], "prefiltered(surface)"),
+        Mode::Prefiltered => (
+            &[&material, LAMPS, include_str!("../shading/prefiltered.wgsl")],
+            "lamps_added(surface, prefiltered(surface))",
+        ),
         Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),
         // Interpolated radiance of vertices, and for shadows positions, are drawn as the map of the mode.
         Mode::Table | Mode::Transfer => (&[], "textureLoad(map, pixel, 0, 0).rgb"),

@@ -59,8 +59,8 @@ pub(super) struct LookMaps {
     pub(super) degree: usize,
     /// Light, material and lobes of brute force, which has no map.
     pub(super) samples: Option<LightSampling>,
-    /// The lamps of the modes that add them, and their material.
-    pub(super) lamps: Option<wgpu::BindGroup>,
+    /// The lights beside the maps of the modes that add them, and the material that reflects them.
+    pub(super) lamps: HashMap<Mode, wgpu::BindGroup>,
     /// The buffers of [`Mode::Taps`].
     pub(super) taps: Option<wgpu::BindGroup>,
     /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
@@ -179,15 +179,16 @@ impl LookMaps {
         Ok(())
     }
 
-    /// Makes [`LookMaps::lamps`] unless they exist.
+    /// Makes the [`LookMaps::lamps`] of a mode unless they exist.
     pub(super) fn prepare_lamps(
         &mut self,
         device: &Device,
         layouts: &Layouts,
         look: &Look,
+        mode: Mode,
     ) -> Result<(), RenderError> {
-        if self.lamps.is_none() {
-            let packed = PackedLamps::new(look.beside());
+        if !self.lamps.contains_key(&mode) {
+            let packed = PackedLamps::beside_map(look, mode);
             let usage = BufferUsages::STORAGE;
             let material = PackedMaterial::new(packed.material())?;
             let material = device.filled("the material", usage, material.words())?;
@@ -196,11 +197,12 @@ impl LookMaps {
                 binding,
                 resource: buffer.as_entire_binding(),
             });
-            self.lamps = Some(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("lamps and material"),
                 layout: &layouts.lamps,
                 entries: &entries,
-            }));
+            });
+            self.lamps.insert(mode, bound);
         }
         Ok(())
     }

@@ -132,7 +132,7 @@ impl Resources {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare(device, layouts, &object.look, mode)?;
                         if mode.adds_lamps() {
-                            maps.prepare_lamps(device, layouts, &object.look)?;
+                            maps.prepare_lamps(device, layouts, &object.look, mode)?;
                         }
                         if maps.degree > self.degree {
                             let degree = maps.degree.next_power_of_two();

@@ -30,7 +30,7 @@ use sphere::Direction;
 
 use super::material;
 use super::surface::Surface;
-use crate::{CompactMap, CompactTaps};
+use crate::{CompactMap, CompactTaps, Look, Mode};
 
 /// The number of elements before the lamps, and that of each lamp.
 const HEAD: usize = 2;
@@ -48,6 +48,14 @@ impl PackedLamps {
     pub fn new(reflection: Option<&Reflection>) -> Self {
         let is_cut = reflection.is_some_and(Reflection::is_for_light);
         Self::of(reflection.and_then(Reflection::lamps), is_cut, false)
+    }
+
+    /// Packs the lights beside the map of a mode of a look.
+    pub fn beside_map(look: &Look, mode: Mode) -> Self {
+        match mode {
+            Mode::Prefiltered => Self::of(look.beside_cube().as_ref(), false, false),
+            _ => Self::new(look.beside()),
+        }
     }
 
     /// Packs the lights beside a compact map.

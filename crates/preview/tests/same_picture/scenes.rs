@@ -123,18 +123,25 @@ pub(crate) fn compact() -> &'static [Named] {
 type NamedRow = (&'static str, Vec<Arc<Look>>);
 
 /// White metals under each environment, with a cube of four levels: the first metal reads the first level,
-/// the second one between two, the last one past the end.
+/// the second one between two, with a sun and a lamp beside the cube, the last one past the end.
 pub(crate) fn white_metals() -> &'static [NamedRow] {
     static LOOKS: LazyLock<Vec<NamedRow>> = LazyLock::new(|| {
         let metals = |(name, environment): (&'static str, Environment)| {
             let level = |edge| environment.cube_map(Cube { edge }).unwrap();
             let cube = Arc::new(PrefilteredCube::new([16, 8, 4, 2].map(level).into()).unwrap());
             let light = Arc::new(Light::new(environment, None));
-            let look = |(roughness, level)| {
+            let look = |(roughness, level, suns): (f64, f64, &[sh::Light])| {
                 let cube = Some((Arc::clone(&cube), level));
-                Arc::new(Look::of_white_metal(Arc::clone(&light), roughness, cube).unwrap())
+                let look = Look::of_white_metal(Arc::clone(&light), roughness, cube).unwrap();
+                Arc::new(look.with_suns(suns.to_vec()))
             };
-            (name, [(0.4, 0.0), (0.6, 1.3), (1.0, 7.0)].map(look).into())
+            let sun = |z, radius| sh::Light {
+                direction: sphere::Direction::new(sphere::DVec3::new(1.0, 0.3, z)).unwrap(),
+                radius,
+                irradiance: [2.0, 1.5, 1.0],
+            };
+            let suns = [sun(0.6, 0.0), sun(0.1, 0.3)];
+            (name, [(0.4, 0.0, &[][..]), (0.6, 1.3, &suns), (1.0, 7.0, &[])].map(look).into())
         };
         environments().into_iter().map(metals).collect()
     });

@@ -151,6 +151,13 @@ impl Parameters {
         self.format.unwrap_or_else(|| self.preset.formats()[0])
     }
 
+    /// The names of the image's files and of that of the sky, which come before all others.
+    fn images(&self) -> Vec<String> {
+        let mut files = self.preset.names(self.format(), ENGINE_FILE_STEM);
+        files.extend(self.skybox().map(|skybox| format!("/{ENGINE_FILE_STEM}{}", skybox.ending)));
+        files
+    }
+
     /// The file of the sky, if there is one.
     fn skybox(&self) -> Option<&'static Skybox> {
         self.preset.skybox(self.format()).filter(|_| self.skybox)
@@ -184,8 +191,7 @@ impl Kind for ExportEngine {
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
-        let mut files = parameters.preset.names(parameters.format(), ENGINE_FILE_STEM);
-        files.extend(parameters.skybox().map(|skybox| format!("/{ENGINE_FILE_STEM}{}", skybox.ending)));
+        let mut files = parameters.images();
         if parameters.sun == Sun::Light {
             let endings = parameters.preset.lights.endings();
             files.extend(endings.map(|ending| format!("/{ENGINE_FILE_STEM}{ending}")));
@@ -198,7 +204,7 @@ impl Kind for ExportEngine {
         Some(Box::new(ExportedLight::Engine {
             engine: parameters.preset.engine(),
             format: parameters.format(),
-            has_lights_beside: parameters.sun == Sun::Light,
+            lights_file: (parameters.sun == Sun::Light).then(|| parameters.images().len()),
         }))
     }
 

@@ -149,6 +149,12 @@ impl Engine {
         d.z * centre + d.x * left + d.y * top
     }
 
+    /// A direction of the engine's world in the frame of files: the inverse of [`Engine::world`].
+    pub(crate) fn from_world(&self, d: DVec3) -> DVec3 {
+        let [centre, left, top] = self.axes;
+        DVec3::new(d.dot(left), d.dot(top), d.dot(centre))
+    }
+
     /// The cube coordinates, as KTX2's table has them, of a direction `d` of the engine's world.
     pub(crate) fn cube_coordinates(&self) -> [&'static str; 3] {
         let [centre, left, top] = self.axes;

@@ -3,12 +3,44 @@
 
 use containers::{SceneAxes, write_gltf_lights, write_tscn_lights, write_usda_lights};
 use engine::Failure;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use sh::Light;
-use sphere::{DVec3, to_file};
+use sphere::{DVec3, Direction, from_file, to_file};
 
 /// What follows the stem in the name of the file of lights beside an image.
 const JSON: &str = "-lights.json";
+
+/// What [`lights_json`] writes and a preview reads back.
+#[derive(Deserialize)]
+struct LightsFile {
+    lights: Vec<LightInWorld>,
+}
+
+/// A light of the file.
+#[derive(Deserialize)]
+struct LightInWorld {
+    direction: [f64; 3],
+    colour: [f64; 3],
+    intensity: f64,
+    angular_diameter: f64,
+}
+
+/// Reads the lights of a JSON file in our frame. `from_world` takes a direction from the engine's world to
+/// the frame of files.
+///
+/// # Errors
+/// If the file is not such a JSON, or a light has no direction.
+pub(crate) fn read_lights(bytes: &[u8], from_world: impl Fn(DVec3) -> DVec3) -> Result<Vec<Light>, Failure> {
+    let file: LightsFile = serde_json::from_slice(bytes)?;
+    let light = |light: LightInWorld| {
+        let direction = from_file(from_world(DVec3::from_array(light.direction)));
+        let direction = Direction::new(direction).ok_or_else(|| Failure::new("a light has no direction"))?;
+        let irradiance = light.colour.map(|channel| channel * light.intensity);
+        Ok(Light { direction, radius: light.angular_diameter.to_radians() / 2.0, irradiance })
+    };
+    file.lights.into_iter().map(light).collect()
+}
 
 /// How an engine gets the lights beside an image.
 #[derive(Clone, Copy)]

@@ -3,10 +3,12 @@
 use containers::{ReadOptions, Texture, read_image};
 use engine::Failure;
 use envmap::{CubeMap, Environment, Image, Layout};
+use sh::Light;
 use sphere::Cube;
 
 use super::definition::{Engine, read_cube};
 use super::engine_format::EngineFormat;
+use super::engine_lights::read_lights;
 
 /// The light in the first file of an export. A kind that exports light returns this as its
 /// [`Kind::details`](engine::Kind::details).
@@ -18,8 +20,9 @@ pub(crate) enum ExportedLight {
         engine: &'static Engine,
         /// How its texels are stored.
         format: EngineFormat,
-        /// Whether suns and lamps are lights beside the image.
-        has_lights_beside: bool,
+        /// The place, among the export's files, of the JSON of suns and lamps that are lights beside the
+        /// image, if they are.
+        lights_file: Option<usize>,
     },
     /// It is a texture for a renderer of anybody's: if the export was given a prefiltered cube, with its
     /// levels.
@@ -56,14 +59,32 @@ impl ExportedLight {
         }
     }
 
-    /// What white metal under it does not show as the engine would, in lines.
-    pub(crate) fn remarks(self) -> Vec<String> {
-        let Self::Engine { engine, has_lights_beside, .. } = self else { return Vec::new() };
+    /// The place of the file of the lights that stand beside the light of the first, if there is one.
+    pub(crate) fn lights_file(self) -> Option<usize> {
+        match self {
+            Self::Engine { lights_file, .. } => lights_file,
+            Self::Texture => None,
+        }
+    }
+
+    /// Reads the lights of that file, in our frame.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn read_lights(self, bytes: &[u8]) -> Result<Vec<Light>, Failure> {
+        match self {
+            Self::Engine { engine, .. } => read_lights(bytes, |direction| engine.from_world(direction)),
+            Self::Texture => Ok(Vec::new()),
+        }
+    }
+
+    /// What white metal under it does not show as the engine would, if there is something.
+    pub(crate) fn remark(self) -> Option<String> {
+        let Self::Engine { engine, .. } = self else { return None };
         let name = engine.name;
-        let image = format!("{name} filters the image itself; the metal is lit by the image as it is stored");
-        let lights = "the suns and lamps that are lights beside the image do not light the metal".to_owned();
-        let remarks = [(!engine.loads_cube(), image), (has_lights_beside, lights)];
-        remarks.into_iter().filter_map(|(is_true, remark)| is_true.then_some(remark)).collect()
+        let remark =
+            || format!("{name} filters the image itself; the metal is lit by the image as it is stored");
+        (!engine.loads_cube()).then(remark)
     }
 
     /// The level of a cube that a surface of some roughness reads. `size` is the number of texels along the

@@ -168,6 +168,65 @@ fn without_a_cube_white_metal_is_lit_by_the_image() {
     }
 }
 
+/// Lights that leave the image light the metal beside it: the picture is that of the whole photograph, summed
+/// over its texels. What the engine interpolates between levels is its own error, as above.
+#[test]
+fn lights_beside_the_image_light_white_metal() {
+    let stage = |preset: &str| {
+        format!(
+            "[stage.light]\nkind = \"export-engine\"\ninput = \"environment\"\n{preset}\nsun = \"light\"\n\
+             path = \"{{environment}}\"\n"
+        )
+    };
+    let scene = |folder: &Path| {
+        let plan = load(folder);
+        let results = build(&plan);
+        let catalog = PreviewCatalog::of(plan);
+        let entry = catalog.entry("sky", "white metal").unwrap().unwrap();
+        let notes = catalog.facts(&results, entry).notes;
+        (SceneCache::default().scene(&catalog, &results, entry, "sphere").unwrap(), notes)
+    };
+    // Toward the highlight of the piece in the middle.
+    let (folder, _) = photographs(&stage("preset = \"three\""));
+    let toward = middles(&scene(folder.path()).0, Mode::Mirror)[2].1;
+    let sun = move |d: DVec3| match d.dot(toward) > 0.999 {
+        true => smooth(d).map(|value| value + 1000.0),
+        false => smooth(d),
+    };
+    let cubes = [
+        "preset = \"three\"\nresolution = 64\nskybox-resolution = 16",
+        "preset = \"babylon\"\nformat = \"rgba32f\"\nresolution = 64\nskybox = false",
+    ];
+    for preset in cubes {
+        let (folder, _) = photographs(&stage(preset));
+        photograph(folder.path(), sun);
+        let (scene, notes) = scene(folder.path());
+        assert!(!notes.iter().any(|note| note.contains("the metal")), "{notes:?}");
+        let [found, expected] = [Mode::Prefiltered, Mode::BruteForce].map(|mode| middles(&scene, mode));
+        // The first is a mirror, whose sun is a disk here and texels there.
+        for k in 1..5 {
+            for channel in 0..3 {
+                let (found, expected) = (found[k].0[channel], expected[k].0[channel]);
+                let allowed = 0.06 + 0.05 * expected;
+                assert!((found - expected).abs() < allowed, "{preset}\n{k}: {found} for {expected}");
+            }
+        }
+        let [of_sun, without] = [found[2].0[0], smooth(found[2].1)[0]];
+        assert!(of_sun > 3.0 * without, "{preset}: {of_sun}, and {without} without the sun");
+    }
+    // The image that an engine filters itself has the sun again, too.
+    let (folder, _) = photographs(&stage("preset = \"blender\""));
+    photograph(folder.path(), sun);
+    let (by_image, _) = scene(folder.path());
+    let (whole, _) = photographs("");
+    photograph(whole.path(), sun);
+    let [found, expected] = [by_image, scene(whole.path()).0].map(|scene| middles(&scene, Mode::BruteForce));
+    for k in 1..5 {
+        let (found, expected) = (found[k].0[0], expected[k].0[0]);
+        assert!((found - expected).abs() < 0.06 + 0.05 * expected, "{k}: {found} for {expected}");
+    }
+}
+
 /// Each export is an entry, steps are none, and a material ends it: then there are reflections to show.
 #[test]
 fn exports_of_light_are_told_apart_by_their_stages() {

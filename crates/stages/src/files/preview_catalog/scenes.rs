@@ -9,7 +9,7 @@ use envmap::Environment;
 use mesh::{MaterialRange, Mesh};
 use preview::{CompactMap, Light, Look, MapSizes, PrefilteredCube, Scene, ScenePart};
 use preview::{Export, SubjectDetails};
-use sh::unstopped;
+use sh::{Degree, Expansion, Lighting, unstopped};
 use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
@@ -34,7 +34,7 @@ const DRESSED: usize = 2;
 #[derive(Default)]
 pub struct SceneCache {
     looks: Recent<LookKey, Look>,
-    white_metals: Recent<(LightKey, Option<Digest>), Vec<Arc<Look>>>,
+    white_metals: Recent<(LightKey, Option<LightFiles>), Vec<Arc<Look>>>,
     lights: Recent<LightKey, Light>,
     meshes: Recent<MeshKey, Mesh>,
     tables: Recent<Digest, BrdfTable>,
@@ -178,19 +178,26 @@ impl SceneCache {
         let (key, light) = self.light(plan, results, entry)?;
         // Files of a light before are not shown.
         let export = export.filter(|item| is_current(plan, results, entry, *item));
-        let file = export.and_then(|item| Some((item, results.file_digest(item, 0)?)));
-        let key = (key, file.map(|(_, digest)| digest));
+        let files = export.and_then(|item| Some((item, LightFiles::of(plan, results, item)?)));
+        let key = (key, files.map(|(_, files)| files));
         let looks = self.white_metals.get(LOOKS, key, || {
-            let lit = file.map(|(item, digest)| lit_by(plan, results, item, digest)).transpose()?;
+            let lit = files.map(|(item, files)| lit_by(plan, results, item, files)).transpose()?;
+            let (lit, suns) = lit.unzip();
+            let suns = suns.unwrap_or_default();
             let (light, cube) = match lit {
-                Some(LitBy::Image(image)) => (Arc::new(Light::new(image, None)), None),
+                Some(LitBy::Image(image)) => {
+                    let suns = Lighting { series: Expansion::zero(Degree::ZERO), lights: suns.clone() };
+                    let image = preview::lit(&image, &suns).ok_or_else(not_finite)?;
+                    (Arc::new(Light::new(image, None)), None)
+                }
                 Some(LitBy::Cube(cube, levels)) => (Arc::clone(&light), Some((Arc::new(cube), levels))),
                 None => (Arc::clone(&light), None),
             };
             let look = |(number, roughness)| {
                 let cube = cube.as_ref().map(|(cube, levels)| (Arc::clone(cube), levels[number]));
                 let look = Look::of_white_metal(Arc::clone(&light), roughness, cube);
-                look.map(Arc::new).map_err(|error| Failure::new(error.to_string()))
+                let look = look.map_err(|error| Failure::new(error.to_string()))?;
+                Ok(Arc::new(look.with_suns(suns.clone())))
             };
             ROUGHNESSES.into_iter().enumerate().map(look).collect()
         })?;
@@ -490,13 +497,13 @@ impl PreviewCatalog {
         });
         let export = entry.light_alone.and_then(|light| light.export);
         let remarks = export.and_then(|item| Some((item, exported_light(plan, item)?)));
-        let remarks = remarks.into_iter().flat_map(|(item, light)| {
+        let remarks = remarks.and_then(|(item, light)| {
             let stage = super::stage_name(plan, item);
-            light.remarks().into_iter().map(move |remark| format!("{stage}: {remark}"))
+            light.remark().map(|remark| format!("{stage}: {remark}"))
         });
         SubjectDetails {
             exports: exports.collect(),
-            notes: remarks.chain(outdated).chain(messages).collect(),
+            notes: remarks.into_iter().chain(outdated).chain(messages).collect(),
         }
     }
 }
@@ -509,11 +516,38 @@ enum LitBy {
     Image(Environment),
 }
 
-/// The light in the first file of an item.
-fn lit_by(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex, file: Digest) -> Result<LitBy, Failure> {
+/// The files of an export that light a surface.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct LightFiles {
+    /// The image or the cube.
+    image: Digest,
+    /// The lights beside it, if they have a file.
+    lights: Option<Digest>,
+}
+
+impl LightFiles {
+    /// The files of an item, if the last build has written them.
+    fn of(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Option<Self> {
+        let lights = exported_light(plan, item)?.lights_file();
+        let lights = lights.and_then(|file| results.file_digest(item, file));
+        Some(Self { image: results.file_digest(item, 0)?, lights })
+    }
+}
+
+/// The light in the files of an item: that of the image, and the lights beside it.
+fn lit_by(
+    plan: &Plan,
+    results: &ResultsSnapshot,
+    item: ItemIndex,
+    files: LightFiles,
+) -> Result<(LitBy, Vec<sh::Light>), Failure> {
     let light = exported_light(plan, item).ok_or_else(|| Failure::new("this exports no light"))?;
-    let levels = match light.read(&results.read_file(file)?)? {
-        LightInFile::Image(image) => return Ok(LitBy::Image(image)),
+    let suns = match files.lights {
+        Some(file) => light.read_lights(&results.read_file(file)?)?,
+        None => Vec::new(),
+    };
+    let levels = match light.read(&results.read_file(files.image)?)? {
+        LightInFile::Image(image) => return Ok((LitBy::Image(image), suns)),
         LightInFile::Cube(levels) => levels,
     };
     let of_levels = match light {
@@ -524,7 +558,7 @@ fn lit_by(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex, file: Digest)
     let size = cube.levels()[0].cube().edge;
     let level = |roughness| cube.nearest(light.level(roughness, size, &of_levels));
     let levels = ROUGHNESSES.map(level);
-    Ok(LitBy::Cube(cube, levels))
+    Ok((LitBy::Cube(cube, levels), suns))
 }
 
 /// The roughness of each level of the cube that an item exports.
