@@ -51,10 +51,10 @@ fn kill(kills: u64, between: u64) {
 #[test]
 fn a_kill_at_any_moment_leaves_every_output_whole_and_the_next_build_correct() {
     const TEST: &str = "a_kill_at_any_moment_leaves_every_output_whole_and_the_next_build_correct";
-    kill(length(TEST, "kills", 200, 10), 1);
+    kill(length(TEST, "kills", 80, 10), 1);
 }
 
 #[test]
 fn one_build_repairs_what_several_kills_left() {
-    kill(length("one_build_repairs_what_several_kills_left", "kills", 60, 10), 5);
+    kill(length("one_build_repairs_what_several_kills_left", "kills", 30, 10), 5);
 }

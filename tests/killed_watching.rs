@@ -42,7 +42,7 @@ fn clean_builds() -> (Vec<BTreeMap<String, Vec<u8>>>, Duration) {
 fn a_kill_of_a_watcher_at_any_moment_leaves_every_output_whole_and_the_next_start_correct() {
     const TEST: &str =
         "a_kill_of_a_watcher_at_any_moment_leaves_every_output_whole_and_the_next_start_correct";
-    let kills = length(TEST, "kills", 300, 15);
+    let kills = length(TEST, "kills", 120, 15);
     let (clean, build) = clean_builds();
     let known = clean.iter().flatten().map(|(name, bytes)| (name.clone(), bytes.clone()));
     let known = known.collect::<BTreeSet<_>>();

@@ -269,7 +269,7 @@ fn copy_sources(from: &Path, to: &Path) {
 fn after_every_round_of_edits_a_build_equals_a_clean_one() {
     const TEST: &str = "after_every_round_of_edits_a_build_equals_a_clean_one";
     let number = |name: &str| env::var(name).ok().map(|text| text.parse::<u64>().unwrap());
-    let rounds = number("SPECULA_ROUNDS").unwrap_or_else(|| length(TEST, "rounds", 60, 15));
+    let rounds = number("SPECULA_ROUNDS").unwrap_or_else(|| length(TEST, "rounds", 40, 15));
     let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_millis();
     let seed = number("SPECULA_SEED").unwrap_or(u64::try_from(clock).unwrap());
     let mut project = Edited::new(seed);

@@ -224,7 +224,7 @@ fn a_server_that_is_killed_costs_no_result() {
     let start = Instant::now();
     clean.ok(&["build"]);
     let (whole, expected) = (start.elapsed(), clean.outputs());
-    for round in 0..test_data::length(TEST, "kills", 50, 6) {
+    for round in 0..test_data::length(TEST, "kills", 25, 6) {
         let project = Project::small();
         let child = project.command(&["build", &address]).stderr(Stdio::piped()).spawn().unwrap();
         std::thread::sleep(whole.mul_f64(1.5 * uniform(round)));
@@ -252,7 +252,7 @@ fn a_client_that_is_killed_leaves_nothing_half_stored() {
     clean.ok(&["build"]);
     let (whole, expected) = (start.elapsed(), clean.outputs());
     let (mut round, mut killed) = (0, 0);
-    let kills = test_data::length(TEST, "kills", 50, 6);
+    let kills = test_data::length(TEST, "kills", 25, 6);
     while killed < kills && round < 4 * kills {
         // Each round has another light, so that there is something to store.
         let manifest = SMALL.replace("resolution = 32", &format!("resolution = {}", 33 + round));

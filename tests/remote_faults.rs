@@ -183,7 +183,7 @@ fn blobs_that_go_while_they_are_asked_for_cost_no_result() {
     // A long line widens the time between hit and download: six times as long as it is in each direction.
     let delay = Duration::from_millis(20);
     let (whole, mut lost) = (scene.times[0] + 10 * delay, 0);
-    for round in 0..test_data::length(TEST, "rounds", 50, 6) {
+    for round in 0..test_data::length(TEST, "rounds", 25, 6) {
         for (file, bytes) in &files {
             if !file.exists() {
                 fs::create_dir_all(file.parent().unwrap()).unwrap();

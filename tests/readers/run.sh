@@ -4,55 +4,18 @@
 # The layout of pages is measured in a browser, pages.mjs. Skies are shown there, sky.html, meshes are relit, relight.html,
 # and compact maps are drawn with, three.html and babylon.html; screenshots lie in target/readers/files/relight and taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
-# Readers come from npm, PyPI and, as root, Debian, into target/readers; remove that folder to try again what was missing.
+# Readers come from npm, PyPI and, as root, Debian (install.sh).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-all=; [ "${1:-}" = --all ] && { all=1; shift; }
+all=(); [ "${1:-}" = --all ] && { all=(--all); shift; }
 specula=$(realpath "${1:-target/debug/specula}")
 here=$PWD/tests/readers
 assets=$PWD/assets/environments
-mkdir -p target/readers
+tests/readers/install.sh "${all[@]}"
 cd target/readers
 
 skip() { echo "SKIPPED $1: $2"; }
-
-if ! command -v node >/dev/null || ! command -v npm >/dev/null; then
-    skip "three.js, Babylon.js, ktx-parse, compact maps" "no node"
-elif [ ! -d node_modules/three ] || ! cmp -s "$here/package.json" package.json; then
-    cp "$here/package.json" . && npm install --silent --no-audit --no-fund || skip "three.js, Babylon.js, ktx-parse, compact maps" "npm cannot install them"
-fi
-# Each version's loaders use that version, and not the newest.
-for version in three150 three170 three183; do
-    sed -i "s/from 'three'/from '$version'/" node_modules/$version/examples/jsm/loaders/{RGBE,HDR,EXR}Loader.js 2>/dev/null || true
-done
-# The browser would ask for the files of Babylon.js one by one, which are 3,000.
-if [ -x node_modules/.bin/esbuild ] && [ ! -e node_modules/babylon.js ]; then
-    node_modules/.bin/esbuild @babylonjs/core --bundle --minify --format=esm --log-level=error --outfile=node_modules/babylon.js
-fi
-
-[ -x py/bin/python ] || python3 -m venv py || skip "OpenImageIO, OpenCV, OpenEXR, FreeImage" "python3 has no venv"
-# OpenCV 5 is built without OpenEXR.
-for package in numpy OpenEXR OpenImageIO "opencv-python-headless<5" pytinyexr ${all:+bpy}; do
-    stamp=py/$package
-    [ -e "$stamp" ] || { py/bin/pip install --quiet "$package" >/dev/null 2>&1 && echo here > "$stamp" || echo missing > "$stamp"; }
-done
-if ! ldconfig -p | grep -q libfreeimage.so.3 && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e freeimage ]; then
-    touch freeimage
-    apt-get install -y -q --no-install-recommends libfreeimage3 >/dev/null 2>&1 || true
-fi
-
-# matc of Debian is older than Filament's and compiles the same language.
-for tool in glslangValidator:glslang-tools matc:libfilament-tools; do
-    if ! command -v "${tool%:*}" >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e "${tool#*:}" ]; then
-        touch "${tool#*:}"
-        apt-get install -y -q --no-install-recommends "${tool#*:}" >/dev/null 2>&1 || true
-    fi
-done
 browser() { command -v chromium || command -v chromium-browser || command -v google-chrome || true; }
-if [ -z "$(browser)" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e chromium ]; then
-    touch chromium
-    apt-get install -y -q --no-install-recommends chromium >/dev/null 2>&1 || true
-fi
 chromium=$(browser)
 
 rm -rf files && mkdir files
