@@ -9,78 +9,79 @@
 //! ```
 //!
 //! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
-//! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
-//! `export-environment`.
+//! prefiltered with the defaults of `prefilter`. Use `export-environment` to write a cube with other
+//! roughnesses or lobes.
 //!
 //! | `preset` | files | level l of 0 to n holds | formats |
 //! | --- | --- | --- | --- |
 //! {rows: files of engines}
 //!
-//! The first format is the default. r is the roughness of GGX; level 0 is a mirror, the last level
+//! The first format is the default. r is the roughness of GGX; level 0 is a mirror, and the last level is
 //! irradiance over pi. KTX2 files are compressed with Zstandard.
 //!
 //! ## The sky
 //!
-//! An engine that loads a cube gets another one, `-skybox` with the ending of the first, to show behind the
-//! scene: the light as sharp as it is, with ever smaller levels, each the means of 2 x 2 texels, down to one
-//! texel. By default a face has as many texels along its edge as a quarter of the image's width, rounded to a
-//! power of two, at most 2048; `skybox-resolution` gives another number, and `skybox = false` leaves it out.
-//! It lies as the light does. An engine that loads a lat-long image shows that. Its code is in `README.txt`.
+//! An engine that loads a cube gets a second one, `-skybox` with the same extension, to show behind the
+//! scene: the light at full sharpness, with smaller and smaller levels, each the mean of 2 x 2 texels, down
+//! to one texel. By default a face has as many texels along its edge as a quarter of the image's width,
+//! rounded to a power of two, at most 2048; `skybox-resolution` sets another number, and `skybox = false`
+//! leaves it out. It has the same orientation as the light. An engine that loads a lat-long image shows
+//! that image. The code is in `README.txt`.
 //!
-//! ## A sun that is a light
+//! ## The sun as a light
 //!
-//! An engine shades a sun better as a light of its own: it casts shadows, its highlight is sharp, and no
-//! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as
-//! `subtract-lights` takes them out, before anything is made of it: light, sky and irradiance. They are in
-//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. Beside
-//! it they are a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot
-//! `-lights.tscn`, and for Blender and Unreal `-lights.usda`. The last two hold the image, too: import them,
-//! and nothing else is to be done. What remains and the lights are the whole light. Parts of one bright disk,
-//! of up to 12 degrees, are one light.
+//! An engine shades a sun better as a separate light: it casts shadows, its highlight is sharp, and no
+//! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as in
+//! `subtract-lights`, before the light, the sky and the irradiance are made from it. They are in
+//! `-lights.json`, in the engine's world, and `README.txt` has the code that creates lights from it. They
+//! are also written as a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot
+//! `-lights.tscn`, and for Blender and Unreal `-lights.usda`. The last two include the image, so importing
+//! them is all you need to do. The rest of the image and the lights together are the whole light. Parts of
+//! one bright disk, of up to 12 degrees, are one light.
 //!
 //! ## Where the light comes from
 //!
-//! A cube lies in each engine as the same lat-long image does. With d the direction in the frame of files (+Y
-//! up, the centre of a lat-long image looks along +Z) and c the coordinates of a cube's faces (KTX2), the
-//! texel at c holds the light from
+//! In each engine, a cube has the orientation of the same lat-long image. If d is the direction in the
+//! frame of files (+Y up, the centre of a lat-long image looks along +Z) and c are the coordinates of a
+//! cube's faces (KTX2), the texel at c holds the light from
 //!
 //! | `preset` | d at c |
 //! | --- | --- |
 //! {rows: directions of engines}
 //!
 //! So the centre of a lat-long image is +X in three.js and Bevy, and +Z in Filament and Babylon.js.
-//! `test-pattern` makes files by which you can see that in your engine.
+//! `test-pattern` makes files with which you can check this in your engine.
 //!
 //! ## What does not fit
 //!
-//! `hdr` and `rgba32f` hold every value, and so does `exr`: its numbers are halves, or 32-bit floats if a
-//! value exceeds 65504, which a note of the build says. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408,
-//! `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped, and a warning says which share of the
-//! red, green and blue light is lost; with `overflow = "error"` the item fails instead. Another format of the
-//! engine may hold it, and so does a light beside the image (`sun`).
+//! `hdr` and `rgba32f` hold every value, and so does `exr`: its numbers are halves, or, with a note, 32-bit
+//! floats if a value exceeds 65504. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408, `r11g11b10f` at
+//! 64512, `rgbd` at 255. Brighter values are clamped, and a warning reports the lost share of the red,
+//! green and blue light; with `overflow = "error"` the item fails instead. Another format of the engine may
+//! be able to hold the values, and a separate light (`sun`) always can.
 //!
-//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel
-//! would change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie
-//! between two numbers take the farther one if that is needed. A block of `bc6h` holds one or two lines of
-//! colours, and passes on what it loses to the next block. If the light of a channel still changes by more
-//! than 0.1 %, as it does if a few texels hold all light, a warning says by how much.
+//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so rounding each texel to the nearest
+//! number would change the total light. Instead, tiles of 8 x 8 texels keep their light: a texel between
+//! two numbers takes the farther one if necessary. A block of `bc6h` holds one or two lines of colours, and
+//! the next block compensates for its loss. If the light of a channel still changes by more than 0.1 %, as
+//! it does if a few texels hold all the light, a warning says by how much.
 //!
-//! The sky lights nothing, so no warning says what it loses; `bounds.json` does, as `skybox`.
+//! The sky does not light anything, so there is no warning about its losses; `bounds.json` lists them as
+//! `skybox`.
 //!
-//! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
-//! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),
-//! and what the format rounds as it is read back (`stored_error`), both as RMS in relation to the level's
-//! largest value; and what rounding adds to the light of red, green and blue, as a share of it
-//! (`rounded_light`).
+//! `bounds.json` has the largest value, the number of clamped values and the lost shares (`lost_light`:
+//! red, green, blue). For each level it has the estimated error of the prefilter (`error`) and the rounding
+//! error of the format, as read back (`stored_error`), both as RMS relative to the level's largest value,
+//! and the share of red, green and blue light that rounding adds (`rounded_light`).
 //!
-//! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
-//! which it is nowhere negative is applied here, too. Babylon.js 8 and later takes the cube of irradiance in
-//! `.env` instead, of all degrees, which does not ring.
+//! Irradiance from nine coefficients rings under a sun, as described in `export-sh`; here, too, the weakest
+//! window under which it is never negative is applied. Babylon.js 8 and later instead uses the irradiance
+//! cube in `.env`, which has all degrees and does not ring.
 //!
 //! ## Files
 //!
-//! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
-//! and `bounds.json`.
+//! The folder `path` contains `environment` with the extensions above, `README.txt` with the code that
+//! loads them, and `bounds.json`.
 
 use std::any::Any;
 

@@ -10,13 +10,13 @@
 //! path = "{environment}/skybox"
 //! ```
 //!
-//! With `import-environment` before it, and `rotate` between them where the light has to be turned, it
-//! converts any environment that Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula
-//! convert` does the same without a manifest.
+//! After `import-environment`, and `rotate` if the light has to be turned, it converts any environment that
+//! Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula convert` does the same without a
+//! manifest.
 //!
-//! A lat-long image of the environment's own size has its pixels unchanged. Every other image is resampled
-//! with antialiasing: each texel is the mean of the light over the texel's area, so a small lamp keeps its
-//! energy.
+//! A lat-long image with the environment's own size keeps the pixels unchanged. Every other image is
+//! resampled with antialiasing: each texel is the mean of the light over its area, so a small lamp keeps
+//! its energy.
 //!
 //! ## Files
 //!
@@ -27,20 +27,20 @@
 //! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
 //!
-//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a
-//! `cube` is one file with six faces in it, and there are no strips and crosses. With `levels = true` they
-//! have levels of detail, each of half of the rows of the one before, with the mean of the light over each
-//! texel's area. `texels` packs texels into 4 bytes or 1 byte, and small parts of the image keep their light;
-//! `zstd` compresses a KTX2 texture without loss.
-//! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
+//! With the other formats the extension is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a
+//! `cube` is one file with six faces, and there are no strips and crosses. With `levels = true` they have
+//! levels of detail, each with half the rows of the one before, in which a texel is the mean of the light
+//! over its area. `texels` packs texels into 4 bytes or 1 byte, and small parts of the image keep their
+//! light; `zstd` compresses a KTX2 texture without loss. `import-environment` reads `.exr` and `.hdr` back
+//! with the same `layout`, `.ktx2` and `.dds` without it.
 //!
-//! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is only for looking at.
+//! Values are linear Rec. 709 radiance. A PNG is tone-mapped with the `filmic` curve of `contact-sheet`,
+//! and is only for viewing.
 //!
 //! ## Prefiltered cubes
 //!
-//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, for
-//! your own renderer; any lobe and any list of roughnesses will do:
+//! To write a cube with all its levels of detail for your own renderer, connect `prefilter` instead of an
+//! environment. It can have any lobe and any list of roughnesses:
 //!
 //! ```toml
 //! [stage.sheen]
@@ -51,10 +51,11 @@
 //! path = "{environment}/sheen"
 //! ```
 //!
-//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
-//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe
-//! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
-//! build notes them. `export-engine` writes cubes for the engines that it knows.
+//! `layout` must be `"cube"`, and `format` one with levels: `"ktx2"` or `"dds"`. The edge of each level has
+//! half the texels of the one before, and the faces have the same orientation as those of an environment. A
+//! `.ktx2` stores the lobe and the roughness of each level under the keys `specula.distribution` and
+//! `specula.roughness`, and the build notes them. `export-engine` writes cubes for the engines that it
+//! knows.
 
 use std::any::Any;
 use std::borrow::Cow;

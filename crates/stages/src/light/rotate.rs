@@ -11,12 +11,12 @@
 //!
 //! > R = R_z(yaw) R_y(pitch) R_x(roll)
 //!
-//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch
-//! lowers what was at +X. A `quaternion` may be given instead of angles.
+//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive
+//! pitch tilts the horizon at +X down. You can give a `quaternion` instead of angles.
 //!
-//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever
-//! the angles. An environment's pixels are resampled, which loses a little sharpness: if both would do,
-//! rotate the lighting.
+//! Coefficients are rotated exactly for all angles, degree by degree (the coefficients of each l mix among
+//! themselves). The pixels of an environment are resampled, which loses a little sharpness. If you can
+//! rotate either, rotate the lighting.
 
 use engine::{
     Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,

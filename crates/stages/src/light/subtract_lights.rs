@@ -1,4 +1,4 @@
-//! Takes lights out of an environment: what is left when a sun is a light of its own.
+//! Takes lights out of an environment, for scenes in which a sun is a separate light.
 //!
 //! ```toml
 //! [stage.sky]
@@ -6,19 +6,20 @@
 //! inputs = { environment = "environment", lights = "lighting" }
 //! ```
 //!
-//! A light that shines beside an environment must not be in it too: it would count twice, and a series of the
-//! environment would ring around it. The lights may be those that `project-sh` found, those of
-//! `sample-light`, or a sun of `circular-lights` where the picture has one.
+//! A separate light must not be in the environment too: it would count twice, and a series of the
+//! environment would ring around it. The lights can be those that `project-sh` found, those of
+//! `sample-light`, or a sun of `circular-lights` at the place of the sun in the picture.
 //!
-//! Each light, the strongest first, takes its light from the brightest texels around its direction, within
+//! Each light, the strongest first, takes its energy from the brightest texels around its direction, within
 //! twice its angular radius: they are cut down to one level, so that exactly the light's energy is gone, in
-//! each colour. If that level would be below what is around, the circle grows, to four radii at most. Only a
-//! light that is stronger than all texels in the circle takes from farther away. No texel becomes negative.
-//! So the rest and the lights together are the whole; the build notes how well, and warns if the picture had
-//! less light there than the lights have.
+//! each colour. If that level would be below the surroundings, the circle grows to at most four radii. Only
+//! if a light is stronger than all texels in the circle does it take from farther away. No texel becomes
+//! negative. So the rest and the lights together are the whole; the build notes how well, and warns if the
+//! picture has less light there than the lights.
 //!
-//! The lights of a rig are all of its light: nothing is left. To keep a soft part, take the lights of a
-//! lighting in which lamps are separate, or the strongest of a rig: `most` lights at most are subtracted.
+//! A rig contains all light of its environment, so nothing would be left. To keep a soft part, use the
+//! lights of a lighting with separate lamps, or only the strongest of a rig: at most `most` lights are
+//! subtracted.
 //!
 //! The series of the lighting is not used.
 
