@@ -1,4 +1,5 @@
-//! Shades the vertices of a mesh with a BRDF table under soft light: their radiance toward a viewer.
+//! Shades the vertices of a mesh with a BRDF table under soft light, and gives their radiance toward a
+//! viewer.
 //!
 //! ```toml
 //! [stage.shaded]
@@ -14,40 +15,41 @@
 //!
 //! > B(v) = sum over i of c_i(v) L_i
 //!
-//! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i from `tabulate-brdf`, at the view in the
-//! vertex' frame (x the tangent, z the normal, y = z x x); L_i the coefficients of the light in that frame.
-//! The table may be that of any material, brushed or not; the mesh's tangents are the direction of brushing
-//! (`brush-mesh` sets them). Light and table are cut to the lower of their degrees.
+//! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i comes from `tabulate-brdf`, at the view in
+//! the vertex's frame (x the tangent, z the normal, y = z x x); L_i are the coefficients of the light in
+//! that frame. The table can be of any material, brushed or not; the mesh's tangents are the direction of
+//! brushing (`brush-mesh` sets them). Light and table are truncated to the lower of their degrees.
 //!
-//! `lighting` is far away and the same for all vertices, or differs from place to place: a `light-field`.
+//! `lighting` is far away and the same for all vertices, or a `light-field`, which differs from place to
+//! place.
 //!
 //! ## Lamps
 //!
-//! Lights beside the series (`project-sh`, `circular-lights`), and those of a second lighting at `lights`,
-//! are taken into the series, to its degree: nothing of a small lamp is sharp. With the table's `material`
-//! connected too they are shaded by the material itself instead (Kautz, Sloan and Snyder 2002, section 7):
+//! Separate lights (`project-sh`, `circular-lights`), and those of a second lighting at `lights`, are added
+//! to the series, up to its degree, so small lamps are not sharp. If you also connect the `material` of the
+//! table, the material itself shades them instead (Kautz, Sloan and Snyder 2002, section 7):
 //!
 //! > B(v) += integral over each disk of L V(s) rho_hat(s, v) ds
 //!
-//! with the sum of `shadow-rays` directions spread over the disk in place of the integral, and a ray in each
-//! that says whether the mesh is in the way: highlights and the edges of shadows are then as sharp as the
-//! lamp is small. Lamps in the series, and those of a `light-field`'s lightings, stay soft. A lamp far wider
-//! than the highlight needs more rays, or belongs into the series. A table of several materials has no single
-//! material, so that its lamps stay in the series.
+//! where the integral is a sum over `shadow-rays` directions spread over the disk, with a ray in each that
+//! tests whether the mesh is in the way. Highlights and the edges of shadows are then as sharp as the size
+//! of the lamp allows. Lamps in the series, and those of the lightings of a `light-field`, stay soft. If a
+//! lamp is much wider than the highlight, it needs more rays, or should be in the series. A table of
+//! several materials has no single material, so its lamps stay in the series.
 //!
 //! ## Shadows
 //!
-//! With `transfer` connected, of the same mesh (`precompute-transfer`), what the mesh itself hides is
-//! missing: B = sum of c_i (T L)_i.
+//! If you connect the `transfer` of the same mesh (`precompute-transfer`), the mesh shadows itself: B = sum
+//! of c_i (T L)_i.
 //!
-//! A table of several materials is blended between them by `blend`, a number at each vertex (`vertex-blend`):
-//! 0 is the first material, 1 the last. Another blend, or another table, needs no new transfer.
+//! If a table has several materials, `blend`, a number at each vertex (`vertex-blend`), blends between
+//! them: 0 is the first material, 1 the last. Another blend or another table needs no new transfer.
 //!
 //! ## View
 //!
-//! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
-//! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
-//! warning above 1 % of the vertices.
+//! The viewer is far away in the direction `view`, or at the position `camera`. Results are linear, in the
+//! light's unit, and signed, because a series rings below zero near bright lamps; the build reports how
+//! many vertices do, as a warning if they are more than 1 %.
 
 use brdf::BrdfTable;
 use containers::tensors::OfMesh;
