@@ -45,9 +45,9 @@ parameters! {
         vector: Option<Vector> = None,
         /// The turn about the normal, in degrees.
         turn: f64 = 0.0,
-        /// A glTF file, relative to the manifest, whose material says how the tangents are turned.
+        /// A glTF file, relative to the manifest, with a material that says how to turn the tangents.
         gltf: Option<String> = None,
-        /// The material of that file. Default: the only one.
+        /// The material in that file. Default: the only one.
         material: Option<ChosenMaterial> = None,
     }
 }

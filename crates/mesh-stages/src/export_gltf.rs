@@ -168,18 +168,19 @@ impl Matrices {
 parameters! {
     /// Parameters of `export-gltf`.
     pub(crate) struct Parameters {
-        /// The glTF file that the mesh was imported from, relative to the manifest: its materials, textures
-        /// and nodes are kept. `{STAGE}` stands for the name of the item's file of a source stage.
+        /// The glTF file that the mesh was imported from, relative to the manifest; the export keeps its
+        /// materials, textures and nodes. `{STAGE}` stands for the name of the item's file of a source
+        /// stage.
         gltf: Option<String> = None,
-        /// Stops by which radiance is multiplied for `COLOR_0`; with `environment`, how many more than for
-        /// its pictures.
+        /// Stops by which radiance is multiplied for `COLOR_0`; with `environment`, relative to the
+        /// exposure of its pictures.
         #[range(STOPS)]
         exposure: f64 = 0.0,
-        /// With `lighting`: the highest l that is written, of those that the light has.
+        /// With `lighting`: the highest l that is written, if the light has it.
         #[range(0..=8)]
         degree: usize = 4,
-        /// Whether the matrices of the transfer are written into a texture beside the file, and whether that
-        /// has 16-bit or 32-bit numbers; see Matrices.
+        /// Whether the matrices of the transfer are written into a texture next to the file, with 16-bit or
+        /// 32-bit numbers; see Matrices.
         matrices: Matrices = Matrices::None,
     }
 }

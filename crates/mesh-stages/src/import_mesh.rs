@@ -39,7 +39,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 use stages::artifacts;
 
 parameters! {
-    /// `import-mesh` has no parameters: the file says everything about a mesh.
+    /// `import-mesh` has no parameters: everything about a mesh is in its file.
     pub(crate) struct Parameters {}
 }
 

@@ -104,7 +104,7 @@ parameters! {
         /// The number of rays for each vertex, over the whole sphere; at least 2 (O + F + 1)^2.
         #[range(1..=65536)]
         directions: usize = 1024,
-        /// How often light is reflected by the mesh before it arrives; needs a `material` if above 0.
+        /// How often the mesh reflects light before it arrives; needs a `material` if above 0.
         #[range(0..=64)]
         bounces: usize = 0,
         /// What is stored; see Forms.

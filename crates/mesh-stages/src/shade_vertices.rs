@@ -64,9 +64,9 @@ use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, sha
 parameters! {
     /// Parameters of `shade-vertices`.
     pub(crate) struct Parameters {
-        /// The direction from the mesh toward a viewer far away. Default: [1, 0, 0].
+        /// The direction from the mesh toward a distant viewer. Default: [1, 0, 0].
         view: Option<Vector> = None,
-        /// The place of the viewer, in the mesh's unit, instead of `view`.
+        /// The position of the viewer, in the mesh's unit, instead of `view`.
         camera: Option<Place> = None,
         /// With `material`: the number of rays toward each lamp, spread over its disk; 0 casts no shadows.
         #[range(0..=4096)]

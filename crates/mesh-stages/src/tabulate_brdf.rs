@@ -83,13 +83,13 @@ parameters! {
         /// N: the map has N x N views.
         #[range(2..=512)]
         resolution: usize = 128,
-        /// The parameter that varies over the surface: a number of the material's model.
+        /// The parameter that varies over the surface: a numeric parameter of the material's model.
         vary: Option<String> = None,
-        /// Its value where the blend is 0.
+        /// Its value for a blend of 0.
         from: Option<f64> = None,
-        /// Its value where the blend is 1.
+        /// Its value for a blend of 1.
         to: Option<f64> = None,
-        /// The number of materials, both ends included. Default: 5.
+        /// The number of materials, including both ends. Default: 5.
         #[range(2..=256)]
         count: Option<usize> = None,
     }

@@ -128,21 +128,21 @@ parameters! {
         preset: EnginePreset = EnginePreset::DEFAULT,
         /// How texels are stored. Default: the first of the preset's formats.
         format: Option<EngineFormat> = None,
-        /// Of an environment: texels along the edge of a face, 256 if it is not given; rows of a lat-long
-        /// image, by default those of the environment.
+        /// If the input is an environment: texels along the edge of a face, by default 256; or rows of a
+        /// lat-long image, by default those of the environment.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
-        /// Whether an engine that loads a cube gets a sharp one as well, to show behind the scene.
+        /// Whether an engine that loads a cube also gets a sharp one to show behind the scene.
         skybox: bool = true,
         /// Texels along the edge of a face of that cube. Default: as fine as the environment, at most 2048.
         #[range(1..=MAX_RESOLUTION)]
         skybox_resolution: Option<usize> = None,
-        /// Whether suns and lamps stay in the image, or become lights beside it.
+        /// Whether suns and lamps stay in the image, or become separate lights.
         sun: Sun = Sun::Image,
         /// With sun = "light": how many of the strongest suns and lamps become lights, or "all". Default: 8.
         lights: Option<LightCount> = None,
-        /// What happens to values past the largest that the format holds: they become it, with a warning that
-        /// says how much light is lost, or the item fails.
+        /// What happens to values that are too large for the format: they become the largest that it can
+        /// hold, with a warning that reports the lost light, or the item fails.
         overflow: Overflow = Overflow::Clamp,
     }
 }

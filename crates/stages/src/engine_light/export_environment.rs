@@ -123,20 +123,20 @@ impl PackedTexels {
 parameters! {
     /// Parameters of `export-environment`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the written images; see Files.
+        /// How the sphere is laid out on the written images; see Files.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long image, which has twice as many columns; texels along the edge of a cube's face.
         /// Default: as fine as the environment.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
-        /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
+        /// The container: OpenEXR, Radiance, a tone-mapped PNG for viewing, or a KTX2 or DDS texture.
         format: EnvironmentFormat = EnvironmentFormat::Exr,
-        /// How the texels of a KTX2 or DDS texture are packed: three mantissas with one exponent, 4 bytes, or
-        /// blocks of BC6H, 1 byte a texel. Default: not packed; `precision` has their numbers.
+        /// How the texels of a KTX2 or DDS texture are packed: three mantissas with one exponent, 4 bytes,
+        /// or blocks of BC6H, 1 byte per texel. Default: not packed; then `precision` applies.
         texels: Option<PackedTexels> = None,
         /// Whether a KTX2 or DDS texture of an environment has levels of detail.
         levels: bool = false,
-        /// Whether the levels of a KTX2 texture are compressed by Zstandard.
+        /// Whether the levels of a KTX2 texture are compressed with Zstandard.
         zstd: bool = false,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]

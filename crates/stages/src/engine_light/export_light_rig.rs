@@ -76,7 +76,7 @@ parameters! {
     pub(crate) struct Parameters {
         /// The container; see the table.
         format: RigFormat = RigFormat::Gltf,
-        /// With format "safetensors": rows of the lat-long map whose levels `mip` counts. Default: 512.
+        /// With format "safetensors": rows of the lat-long map whose levels `mip` refers to. Default: 512.
         #[range(1..=MAX_RESOLUTION)]
         #[was("rows")]
         resolution: Option<usize> = None,

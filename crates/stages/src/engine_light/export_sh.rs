@@ -195,7 +195,7 @@ parameters! {
         /// lighting, or of the preset.
         #[range(0..=Degree::MAX.get())]
         degree: Option<usize> = None,
-        /// Whether suns and lamps are in the coefficients or beside them; see Suns.
+        /// Whether suns and lamps are in the coefficients or separate; see Suns.
         lamps: LampsName = LampsName::Baked,
         /// Up to degree 8: the window against ringing; see Suns.
         #[words(Window::Auto, Window::None)]

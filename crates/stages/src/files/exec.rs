@@ -153,9 +153,9 @@ parameters! {
     pub(crate) struct Parameters {
         /// The program and its arguments; see The command.
         command: Command,
-        /// What the program makes; see What the program makes.
+        /// What the program makes; see The output.
         output: ProgramOutput,
-        /// The format of an input's file, by port; see What a port's file holds.
+        /// The format of an input's file, by port; see The files of ports.
         formats: Formats = Formats::default(),
         /// Files and folders, relative to the manifest, that the program uses in addition to those in the
         /// command; see When it reruns.
@@ -167,7 +167,7 @@ parameters! {
         timeout: f64 = 60.0,
         /// Whether other machines may use its results, and run it; see Other machines.
         remote: bool = false,
-        /// What another machine must have that runs it; see Other machines.
+        /// The properties that another machine must have to run it; see Other machines.
         platform: Platform = Platform::default(),
     }
 }

@@ -52,8 +52,8 @@ parameters! {
         /// The degree of the series.
         #[range(0..=Degree::MAX.get())]
         degree: usize = 4,
-        /// Whether the disks are lights beside the series or in it. Default: "separate", with a window
-        /// "series".
+        /// Whether the disks are separate lights or in the series. Default: "separate", or "series" with a
+        /// window.
         #[was("lights")]
         lamps: Option<Lamps> = None,
         /// A window for the series, which reduces ringing; see `project-sh`.

@@ -250,12 +250,12 @@ choice! {
 parameters! {
     /// Parameters of `import-environment`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
-        /// cube, an `envmap` attribute names its layout, a part of the sphere is placed as its file says, and
-        /// everything else is lat-long.
+        /// How the sphere is laid out on the image; see Layouts. "auto" takes it from the source: a folder
+        /// is a cube, an `envmap` attribute names its layout, a part of the sphere is placed as its file
+        /// says, and everything else is lat-long.
         layout: OrAuto<LayoutName> = OrAuto::Auto,
-        /// The light from where a picture of a part of the sphere shows nothing: "black"; "mean", the mean of
-        /// what it shows; "edge", that of the nearest pixel; or linear Rec. 709 radiance, [red, green, blue]
+        /// The light of the rest if a picture shows only a part of the sphere: "black"; "mean", the mean of
+        /// the picture; "edge", that of the nearest pixel; or linear Rec. 709 radiance, [red, green, blue]
         /// or one number, before `exposure`. See Parts of the sphere.
         fill: FillName = FillName(Fill::Black),
         /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
@@ -277,11 +277,11 @@ parameters! {
         /// What happens to NaN, infinite and negative values; see Bad pixels.
         bad_pixels: BadPixelsName = BadPixelsName(BadPixels::ZeroNegative),
         /// The primaries of the values: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb or xyz,
-        /// or such a space's name in OCIO or `colorInteropID`; see Colours. Default: what the file says, or
-        /// else rec709.
+        /// or the name of such a space in OCIO or `colorInteropID`; see Colours. Default: as the file says,
+        /// or else rec709.
         colour_space: Option<ColourSpaceName> = None,
-        /// The engine for which a cube in a texture was made; see Textures. Default: what the file says, or
-        /// else the frame of KTX2's table.
+        /// The engine for which a cube in a texture was made; see Textures. Default: as the file says, or
+        /// else the frame of KTX2.
         preset: Option<EnginePreset> = None,
     }
 }

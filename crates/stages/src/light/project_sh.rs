@@ -105,15 +105,15 @@ choice! {
 parameters! {
     /// Parameters of `project-sh`.
     pub(crate) struct Parameters {
-        /// The highest l, inclusive, or "auto": without a `tolerance` as many as a material may show, with
-        /// one the least degree that meets it.
+        /// The highest l, inclusive, or "auto": as many degrees as a material may show or, with a
+        /// `tolerance`, the least degree that meets it.
         #[range(0..=Degree::MAX.get())]
         degree: OrAuto<usize> = OrAuto::Auto,
         /// With degree "auto": the share of the energy that may be lost.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Where suns and lamps go; see Lamps. Default: "separate" if neither `degree` nor `tolerance` is
-        /// given, otherwise "series".
+        /// Where suns and lamps go; see Lamps. Default: "separate" if there is neither a `degree` nor a
+        /// `tolerance`, otherwise "series".
         lamps: Option<Lamps> = None,
         /// What a pixel is: a sample of smooth light, or the mean over its area.
         quadrature: Quadrature = Quadrature::Samples,

@@ -59,7 +59,7 @@ parameters! {
     pub(crate) struct Parameters {
         /// The turn about +Z, in degrees, counter-clockwise as seen from above.
         yaw: f64 = 0.0,
-        /// The turn about +Y, in degrees, applied before yaw; positive lowers +X.
+        /// The turn about +Y, in degrees, applied before yaw; a positive pitch tilts the horizon at +X down.
         pitch: f64 = 0.0,
         /// The turn about +X, in degrees, applied first.
         roll: f64 = 0.0,

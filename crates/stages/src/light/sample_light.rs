@@ -83,7 +83,7 @@ parameters! {
         /// With count "auto": the error of the irradiance, as a share of its mean. Default: 0.01.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Of a reflection that changes with the view: the mean over all views, or the surface viewed
+        /// For a reflection that changes with the view: the mean over all views, or the surface viewed
         /// straight on.
         view: PlainName = PlainName(Plain::Mean),
     }

@@ -80,10 +80,10 @@ parameters! {
         /// The window, which reduces ringing; see Windows.
         #[words(Window::Auto, Window::None, Window::Lanczos, Window::Hanning)]
         window: Window = Window::Auto,
-        /// The errors in stops that 5 % of the views, and 1 %, may exceed by what P cuts; see Degrees.
-        /// Default: so little that the cut does not show.
+        /// The errors in stops that 5 % and 1 % of the views may exceed because of P; see Degrees. Default:
+        /// so small that the truncation is not visible.
         accept: Option<Accept> = None,
-        /// The RMS error that P may leave, as a share of the RMS radiance, in place of `accept`.
+        /// The RMS error that P may leave, as a share of the RMS radiance, instead of `accept`.
         #[range(1e-6..1.0)]
         error: Option<f64> = None,
         /// With `accept` or `error`: the highest P that is tried. Default: 16.

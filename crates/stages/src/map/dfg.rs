@@ -91,7 +91,7 @@ choice! {
 parameters! {
     /// Parameters of `dfg`.
     pub(crate) struct Parameters {
-        /// Masking and shadowing, and what the channels hold; see the table.
+        /// Masking and shadowing, and the content of the channels; see the table.
         variant: Variant = Variant::Correlated,
         /// Columns and rows.
         #[range(2..=1024)]
@@ -101,9 +101,9 @@ parameters! {
         sheen: bool = false,
         /// The container.
         format: DfgFormat = DfgFormat::Ktx2,
-        /// What the table holds; see Taps.
+        /// The content of the table; see Taps.
         form: Form = Form::Albedo,
-        /// The look-ups of `form = "taps"` between the levels of a scale space.
+        /// With form "taps": the number of look-ups into the levels of a scale space.
         #[range(1..=16)]
         taps: usize = TAPS,
     }

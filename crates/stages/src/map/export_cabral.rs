@@ -121,7 +121,7 @@ impl FileFormat for CabralFormat {
 parameters! {
     /// Parameters of `export-cabral`.
     pub(crate) struct Parameters {
-        /// How the sphere of central directions lies on a file; see Files.
+        /// How the sphere of central directions is laid out in a file; see Files.
         layout: CabralLayout = CabralLayout(FileLayout::Cube),
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
         /// "auto".
@@ -129,7 +129,7 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: CabralFormat = CabralFormat::Exr,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }

@@ -65,13 +65,13 @@ parameters! {
         /// Rows of a slice, which has twice as many columns. Default: "auto".
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
-        /// The number of angles. A field of degree P can be recovered from P + 1 slices, and needs several
-        /// times as many to look smooth when it is interpolated.
+        /// The number of angles. A field of degree P can be recovered from P + 1 slices, but needs several
+        /// times as many to look smooth when interpolated.
         #[range(2..=256)]
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
         format: MapsFormat = MapsFormat::Dds,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }

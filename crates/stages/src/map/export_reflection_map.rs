@@ -79,15 +79,15 @@ use crate::values::{
 parameters! {
     /// Parameters of `export-reflection-map`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the written images; see Files.
+        /// How the sphere is laid out on the written images; see Files.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 128,
-        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for viewing.
         format: PictureFormat = PictureFormat::Exr,
-        /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
-        /// as it is, so that the maps of several environments can be compared.
+        /// With format "png": stops by which radiance is multiplied before tone mapping. 0 keeps the
+        /// radiance, so that the maps of several environments can be compared.
         #[range(STOPS)]
         exposure: f64 = 0.0,
         /// For a material that changes with the view (P > 0): the mean over all views, or the surface viewed
@@ -95,7 +95,7 @@ parameters! {
         view: PlainName = PlainName(Plain::Mean),
         /// Whether suns and lamps are in the map or left to the renderer; see Lamps.
         lamps: LampsName = LampsName::Baked,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }

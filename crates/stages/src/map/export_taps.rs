@@ -168,16 +168,16 @@ parameters! {
         preset: Option<EnginePreset> = None,
         /// The container. Default: that of the preset, or "ktx2".
         format: Option<TapsFormat> = None,
-        /// How the faces of all levels lie in a texture. Default: that of the preset, or "cube-array"; "exr"
-        /// is always an "atlas".
+        /// How the faces of all levels are laid out in a texture. Default: that of the preset, or
+        /// "cube-array"; "exr" is always an "atlas".
         layout: Option<TapsLayout> = None,
         /// The numbers of the light in KTX2 and DDS files. Default: "rgb9e5", or "half" in an atlas.
         texels: Option<TapsTexels> = None,
-        /// The errors [p95, p99] of a pair, in stops, up to which there is no warning.
+        /// The errors [p95, p99] of a pair, in stops, above which there is a warning.
         accept: Accept = ACCEPT,
-        /// Which of the scale space's lights stay beside the map of a pair; see Taps and lights of a pair.
+        /// Which lights of the scale space stay separate for a pair; see Taps and lights of a pair.
         lights: PairLights = PairLights::Auto,
-        /// Whether the tables over a parameter are written in place of that of the material.
+        /// Whether the tables over a parameter are written instead of that of the material.
         varied: bool = false,
     }
 }

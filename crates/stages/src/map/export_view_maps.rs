@@ -70,7 +70,7 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: MapsFormat = MapsFormat::Ktx2,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }

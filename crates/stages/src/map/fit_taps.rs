@@ -62,7 +62,7 @@ parameters! {
         /// The residual, in stops, that `taps = "auto"` accepts.
         #[range(0.0..=10.0)]
         error: f64 = ERROR,
-        /// The name of a number of the material; see Over a parameter.
+        /// The name of a numeric parameter of the material; see Over a parameter.
         vary: Option<String> = None,
         /// The first value of `vary`.
         #[range(-1e6..=1e6)]

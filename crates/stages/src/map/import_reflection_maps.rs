@@ -99,7 +99,7 @@ use crate::values::{MAX_RESOLUTION, artifacts};
 parameters! {
     /// Parameters of `import-reflection-maps`.
     pub(crate) struct Parameters {
-        /// P of the result. Default: that of the index, as far as the views determine it well.
+        /// P of the result. Default: that of the index, or the highest that the views determine well.
         #[range(0..=64)]
         degree: Option<usize> = None,
         /// With sphere maps: the edge of the cube that they are interpolated onto. Default: half of theirs.

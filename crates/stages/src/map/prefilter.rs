@@ -79,7 +79,7 @@ parameters! {
     pub(crate) struct Parameters {
         /// The lobe; see the table.
         distribution: DistributionName = DistributionName(Distribution::Ggx),
-        /// The engine whose levels are made; see Levels. Default: "three", unless `roughness` is given.
+        /// The engine whose levels are made; see Levels. Default: "three", unless there is a `roughness`.
         preset: Option<EnginePreset> = None,
         /// The roughness of each level, from 0 to 1, instead of a preset.
         roughness: Option<Vec<f64>> = None,

@@ -163,26 +163,26 @@ parameters! {
         /// 512.
         #[range(64..=MOST_SAMPLES)]
         samples: Option<usize> = None,
-        /// With method "sampled": other numbers have other noise. Default: 0.
+        /// With method "sampled": another number gives different noise. Default: 0.
         #[range(0..=u32::MAX as usize)]
         seed: Option<usize> = None,
         /// The direction of the viewer; see The view.
         view: Viewer = Viewer::HeadOn,
-        /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
-        /// first averaged down to this, by exact areas.
+        /// Rows of the environment for the sum; it has twice as many columns. A finer environment is first
+        /// averaged down to this, by exact areas.
         #[range(1..=MAX_RESOLUTION)]
         #[was("rows")]
         environment_resolution: usize = 128,
         /// With method "summed": the share of a lobe that may be ignored. Lambert, phong and microfacet sum
-        /// over the cap that holds the rest, if it is 20 rows wide or more. 0 sums over everything.
+        /// over the cap that contains the rest, if it is at least 20 rows wide. 0 sums over everything.
         #[range(0.0..1.0)]
         cull: f64 = 0.0,
-        /// How the sphere lies on the written images, as in export-reflection-map.
+        /// How the sphere is laid out on the written images, as in export-reflection-map.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 32,
-        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for viewing.
         format: PictureFormat = PictureFormat::Exr,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]

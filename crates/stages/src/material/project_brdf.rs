@@ -132,8 +132,8 @@ parameters! {
     pub(crate) struct Parameters {
         /// Which part of the material is projected; see Parts.
         part: PartName = PartName::All,
-        /// The degrees [F, P]. Default: those that meet the tolerance, or without one those that `convolve`
-        /// finds for each light.
+        /// The degrees [F, P]. Default: those that meet the tolerance or, without one, those that
+        /// `convolve` finds for each light.
         degree: Option<DegreePair> = None,
         /// The share of the energy that may be lost.
         #[range(SHARE)]

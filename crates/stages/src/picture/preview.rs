@@ -202,7 +202,7 @@ parameters! {
         /// The turn of the light around +Z, in degrees.
         #[range(DEGREES)]
         light_yaw: f64 = 0.0,
-        /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
+        /// The turn of the light around +Y, in degrees; a positive pitch tilts the horizon at +X down.
         #[range(DEGREES)]
         light_pitch: f64 = 0.0,
         /// How many stops brighter than usual the picture is; see Exposure in contact-sheet.
@@ -219,8 +219,7 @@ parameters! {
         /// Slices of Kautz and McCool's texture.
         #[range(2..=256)]
         slices: usize = 16,
-        /// Whether lamps beside a reflection are added at every pixel or lie in the local and the global
-        /// SHRM.
+        /// Whether separate lamps are added at every pixel, or are part of the local and the global SHRM.
         lamps: LampsName = LampsName::Separate,
         /// Samples along each side of a pixel.
         #[range(1..=4)]
@@ -228,14 +227,14 @@ parameters! {
         /// Samples of light at each sample of a pixel in brute-force.
         #[range(1..=65536)]
         light_samples: usize = 64,
-        /// The number of pictures of one whole turn.
+        /// The number of pictures in one full turn.
         #[range(1..=360)]
         frames: usize = 1,
         /// With several frames: what turns.
         turn: Turn = Turn::Camera,
         /// What is written. Default: "png" for one frame and "apng" for several.
         format: Option<PreviewFormat> = None,
-        /// With format "apng": seconds of one whole turn.
+        /// With format "apng": seconds for one full turn.
         #[range(0.1..=600.0)]
         seconds: f64 = 4.0,
         /// What draws; see CPU and GPU.
