@@ -72,7 +72,7 @@ impl Kind for BrushMesh {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match (&parameters.gltf, &parameters.material) {
-            (None, Some(_)) => vec![("material", "needs the file that it is in: gltf = \"...\"".into())],
+            (None, Some(_)) => vec![("material", "also needs the file: gltf = \"...\"".into())],
             _ => Vec::new(),
         }
     }
@@ -110,13 +110,13 @@ fn turns(
     let mut beside = |other: &str| context.files.read(&folder.join(other));
     let choice = material.map(|ChosenMaterial(choice)| choice);
     let anisotropy: Anisotropy = read_gltf_anisotropy(&bytes, choice, &mut beside)
-        .map_err(|failure: Failure| failure.context(format!("cannot brush by {file}")))?;
+        .map_err(|failure: Failure| failure.context(format!("cannot brush with {file}")))?;
     anisotropy.warnings.iter().for_each(|warning| context.reporter.warn(format!("{file}: {warning}")));
     let vertices = mesh.positions().len();
     match mesh.coordinates() {
         Some(coordinates) => Ok(coordinates.iter().map(|place| anisotropy.angle(*place)).collect()),
         None if anisotropy.has_texture() => Err(Failure::new(format!(
-            "the mesh has no texture coordinates, and the material of {file} needs them"
+            "the mesh has no texture coordinates, but the material of {file} needs them"
         ))
         .help("use `vector` and `turn`, or a mesh with coordinates")),
         None => Ok(vec![anisotropy.angle([0.0; 2]); vertices]),

@@ -266,9 +266,9 @@ impl Kind for ExportGltf {
         let light = vertex_light(&context.inputs)?;
         let texture = matrices(parameters, mesh, transfer, context.recipe())?;
         if transfer.is_some() && vectors.is_none() && light.is_none() && texture.is_none() {
-            return Err(Failure::new("the transfer is not matte, and matrices are not written").help(
-                "matrices = \"half\" writes them as a texture; or bake the transfer with form = \"matte\", or connect \
-                 `lighting`: what arrives past the mesh is written",
+            return Err(Failure::new("the transfer is not matte, so it has no vectors to write").help(
+                "set matrices = \"half\" to write its matrices as a texture, bake the transfer with form = \
+                 \"matte\", or connect `lighting` to write the light that reaches the vertices",
             ));
         }
         if transfer.is_some() || light.is_some() {
@@ -305,7 +305,7 @@ fn matrices(
 ) -> Result<Option<MatrixTexture>, Failure> {
     let Some(precision) = parameters.matrices.precision() else { return Ok(None) };
     let Some(transfer) = transfer else {
-        return Err(Failure::new("`matrices` needs a transfer, and none is connected")
+        return Err(Failure::new("`matrices` needs a transfer, but none is connected")
             .help("inputs = { mesh = \"mesh\", transfer = \"transfer\" }"));
     };
     matrix_texture(transfer, &Frames::of(mesh)?, precision, recipe).map(Some)
@@ -328,7 +328,8 @@ fn into_asset(
     let written = write_into_gltf(&bytes, mesh, attributes, text, &mut beside);
     let written = written.map_err(|failure: Failure| failure.context(format!("cannot write into {file}")))?;
     if name_texels && written.means > 0 {
-        let message = format!("{} vertices of {file} are several here, with a matrix each", written.means);
+        let message =
+            format!("{} vertices of {file} became several vertices, each with its own matrix", written.means);
         return Err(Failure::new(message).help("give the asset normals and tangents, or leave out `gltf`"));
     }
     written.notes.into_iter().for_each(|note| context.reporter.note(note));
@@ -347,11 +348,11 @@ fn of_item(name: &str, key: Option<&ItemKey>) -> Result<String, Failure> {
             let known: Vec<String> =
                 key.into_iter().flat_map(ItemKey::iter).map(|(stage, _)| format!("{{{stage}}}")).collect();
             let help = match known.is_empty() {
-                true => "the items of this stage have no names: write the file's".to_owned(),
+                true => "the items of this stage have no names: write the name of the file".to_owned(),
                 false => format!("expected one of: {}", known.join(", ")),
             };
             Failure::new(format!(
-                "gltf = {name:?} names {{{stage}}}, and no source stage above has that name"
+                "gltf = {name:?} names {{{stage}}}, but this stage depends on no source stage with that name"
             ))
             .help(help)
         })?;
@@ -380,8 +381,8 @@ fn check_mesh(what: &str, kind: &str, of: &str, mesh: &str) -> Result<(), Failur
     if of == mesh {
         return Ok(());
     }
-    let help = format!("connect the mesh that {kind} was given, tangents included");
-    Err(Failure::new(format!("the {what} is of another mesh")).help(help))
+    let help = format!("connect the mesh that {kind} used, including its tangents");
+    Err(Failure::new(format!("the {what} belongs to another mesh")).help(help))
 }
 
 /// The stops of `COLOR_0`.
@@ -401,7 +402,8 @@ fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> VertexAttr
     if below + above > 0 {
         let of = exposed.len();
         let what = format!(
-            "the numbers of COLOR_0 are clamped: {below} of {of} from below 0, which turn black, {above} from above 1"
+            "the numbers of COLOR_0 are clamped: {below} of {of} were below 0 and turn black, {above} were \
+             above 1"
         );
         let help = match above {
             0 => "read _RADIANCE, which keeps them all",
@@ -470,7 +472,7 @@ fn light_at_vertices(
         Some(transfer) => {
             let frames = Frames::of(mesh)?;
             let matrices = transfer.matrices(&frames);
-            let matrices = matrices.ok_or_else(|| Failure::new("the transfer is of another mesh"))?;
+            let matrices = matrices.ok_or_else(|| Failure::new("the transfer belongs to another mesh"))?;
             match light {
                 VertexLight::Distant(light) => arriving(&frames, &matrices, light),
                 VertexLight::Near(field) => field.arriving(&frames, &matrices),

@@ -167,10 +167,10 @@ impl Kind for PrecomputeTransfer {
         let mut errors = Vec::new();
         let least = parameters.least();
         if parameters.directions < least {
-            errors.push(("directions", format!("degrees O and F need {least} or more")));
+            errors.push(("directions", format!("degrees O and F need at least {least}")));
         }
         if parameters.form == FormName::Visibility && parameters.bounces > 0 {
-            errors.push(("bounces", "form = \"visibility\" holds shadows alone".into()));
+            errors.push(("bounces", "form = \"visibility\" holds only shadows".into()));
         }
         errors
     }
@@ -203,7 +203,7 @@ impl Kind for PrecomputeTransfer {
             .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
         if blind > 0 {
             let of = frames.len();
-            reporter.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
+            reporter.warn(format!("{blind} of {of} vertices do not see the sky above their horizon"));
         }
         let (rows, columns) = (output.rows(), input.rows());
         let bytes = size(value.bytes() as u64);
@@ -248,8 +248,8 @@ fn reflecting(
             let made = reporter.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
             Ok(Some(made.0))
         }
-        None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")
-            .help("connect `material`, or leave `bounces` at 0 for shadows alone")),
+        None => Err(Failure::new("`bounces` needs the material of the mesh, but none is connected")
+            .help("connect `material`, or leave `bounces` at 0 for shadows only")),
     }
 }
 

@@ -104,7 +104,7 @@ impl Kind for ShadeVertices {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match (parameters.view, parameters.camera) {
-            (Some(_), Some(_)) => vec![("camera", "view already places the viewer".into())],
+            (Some(_), Some(_)) => vec![("camera", "view already sets the viewer".into())],
             _ => Vec::new(),
         }
     }
@@ -118,8 +118,8 @@ impl Kind for ShadeVertices {
         if let Some(transfer) = &transfer
             && transfer.0.mesh != digest
         {
-            return Err(Failure::new("the transfer is of another mesh")
-                .help("connect the mesh that precompute-transfer was given, tangents included"));
+            return Err(Failure::new("the transfer belongs to another mesh")
+                .help("connect the mesh that precompute-transfer used, including its tangents"));
         }
         let viewer = match (parameters.camera, parameters.view) {
             (Some(Place(place)), _) => Viewer::At(place),
@@ -129,9 +129,9 @@ impl Kind for ShadeVertices {
         if material.is_some() && table.count() > 1 {
             let count = table.count();
             return Err(Failure::new(format!(
-                "the table has {count} materials, and lamps are shaded by one"
+                "the table has {count} materials, but lamps are shaded with a single one"
             ))
-            .help("leave out `material`: the lamps are then taken into the series"));
+            .help("leave out `material`; then the lamps are added to the series"));
         }
         let frames = blended_frames(context, &mesh.0, table)?;
         if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
@@ -151,9 +151,9 @@ impl Kind for ShadeVertices {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
             reporter.note(match lamps.len() {
-                0 => "no lamp is kept as a light, so the material shades nothing".to_owned(),
-                1 => "1 lamp is shaded by the material".to_owned(),
-                lamps => format!("{lamps} lamps are shaded by the material"),
+                0 => "there are no separate lamps, so the material is not used".to_owned(),
+                1 => "the material shades 1 lamp".to_owned(),
+                lamps => format!("the material shades {lamps} lamps"),
             });
         }
         let negative = value.iter().filter(|rgb| rgb.iter().any(|value| *value < 0.0)).count();

@@ -133,12 +133,12 @@ impl Kind for TabulateBrdf {
             Some(_) => given[..2]
                 .iter()
                 .filter(|(_, given)| !given)
-                .map(|(name, _)| ("vary", format!("needs `{name}` too: the values at both ends")))
+                .map(|(name, _)| ("vary", format!("also needs `{name}`: the values at both ends")))
                 .collect(),
             None => given
                 .into_iter()
                 .filter(|(_, given)| *given)
-                .map(|(name, _)| (name, "only a parameter that varies uses it: vary = \"roughness\"".into()))
+                .map(|(name, _)| (name, "only a varying parameter uses it: vary = \"roughness\"".into()))
                 .collect(),
         }
     }
@@ -185,7 +185,7 @@ fn materials(parameters: &Parameters, inputs: &Inputs) -> Result<Vec<Material>, 
             .help("connect one of them: material makes a table of each item, materials one of all items")),
         (None, true) => Err(Failure::new("no material is connected").help("input = \"material\"")),
         (None, false) if parameters.vary.is_some() => {
-            Err(Failure::new("`vary` is for one material, and several are connected")
+            Err(Failure::new("`vary` is for one material, but several are connected")
                 .help("input = \"material\", or leave out `vary`"))
         }
         (None, false) => Ok(several.into_iter().map(|(_, material)| material.0.clone()).collect()),
@@ -227,12 +227,13 @@ fn with(material: &Material, name: &str, value: f64) -> Result<Material, Failure
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean {near:?}?"),
                 None if known.is_empty() => {
-                    "none of its parameters is a number: make a material file for each value, and connect them as `materials`"
+                    "it has no numeric parameter: make a material file for each value, and connect them as \
+                     `materials`"
                         .to_owned()
                 }
                 None => format!("expected one of: {}", names().collect::<Vec<_>>().join(", ")),
             };
-            let message = format!("{} has no number {name:?} that could vary", material.name());
+            let message = format!("{} has no numeric parameter {name:?} that could vary", material.name());
             return Err(Failure::new(message).help(help));
         }
     };

@@ -77,9 +77,9 @@ impl Kind for VertexBlendKind {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match (&parameters.texture, &parameters.attribute, &parameters.gltf) {
             (_, None, None) | (None, Some(_), Some(_)) => Vec::new(),
-            (None, Some(_), None) => vec![("attribute", "needs the file that has it: gltf = \"...\"".into())],
+            (None, Some(_), None) => vec![("attribute", "also needs the file: gltf = \"...\"".into())],
             (None, None, Some(_)) => {
-                vec![("gltf", "needs the attribute to read: attribute = \"...\"".into())]
+                vec![("gltf", "also needs the attribute to read: attribute = \"...\"".into())]
             }
             (Some(_), ..) => vec![("texture", "cannot be combined with attribute and gltf".into())],
         }

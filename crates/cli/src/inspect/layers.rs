@@ -85,8 +85,7 @@ fn check_rows(file: &ExrLayers, texts: &BTreeMap<&str, &str>, warnings: &mut Vec
     let degree = texts.get("degree").and_then(|degree| degree.parse::<usize>().ok());
     let expected = degree.and_then(|degree| degree.checked_add(1)?.checked_pow(2));
     if expected != Some(rows.len()) {
-        warnings
-            .push(format!("{PREFIX}rows names {} layers, which is not the number of its degree", rows.len()));
+        warnings.push(format!("{PREFIX}rows names {} layers, but its degree has another number", rows.len()));
     }
     for (index, row) in rows.iter().enumerate() {
         // The first is the one that any viewer shows.

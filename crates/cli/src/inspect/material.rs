@@ -87,7 +87,7 @@ pub(super) fn checked(material: &Material) -> Facts {
         (
             "energy",
             match checks.makes_light() {
-                true => "more than 1: some view reflects more light than arrives",
+                true => "above 1: for some view, more light is reflected than arrives",
                 false => "at most 1",
             }
             .into(),

@@ -94,9 +94,7 @@ fn a_changed_file_is_put_back_with_a_warning() {
     project.write("out/loud/a.txt", "mine");
     let events_now = events(&project);
     assert!(events_now.starts_with("warning file [a]: "), "{events_now}");
-    assert!(
-        events_now.contains("a.txt had been changed since it was published; the published file was put back")
-    );
+    assert!(events_now.contains("a.txt had changed since it was published; the published file was restored"));
     assert!(events_now.ends_with("restored loud/a.txt 3\n"));
     assert_eq!(project.read("out/loud/a.txt"), "ONE");
     // Written again with the same content: nothing to do, nothing to report.
@@ -485,8 +483,8 @@ fn refused(project: &Project) -> String {
 fn a_file_in_place_of_out_is_one_error() {
     let project = pair();
     project.write("out", "a file");
-    let error = "out is a file, not a folder for exports (move it away or delete it, or name another folder as \
-                 out in pipeline.toml)";
+    let error = "out is a file, not a folder for exports (move it away or delete it, or set another folder \
+                 as out in pipeline.toml)";
     assert_eq!(refused(&project), error);
     assert_eq!(project.read("out"), "a file");
     project.edit("out = \"out\"", "out = \"out/below/it\"");

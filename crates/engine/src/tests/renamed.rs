@@ -100,7 +100,7 @@ fn a_file_that_was_changed_before_its_manifest_was_renamed_is_not_touched() {
     project.remove("b.txt");
     let events = build(&project, "light.toml");
     let why =
-        "FAILED file [a]: out/loud/a.txt is in the way: it has been changed since pipeline.toml published it";
+        "FAILED file [a]: out/loud/a.txt is in the way: it has changed since pipeline.toml published it";
     assert_has(&events, [why, "nothing exports it now, and it was left there"]);
     assert_eq!(project.read("out/loud/a.txt"), "mine");
     assert_eq!(project.read("out/copy/b.txt"), "mine too");

@@ -225,7 +225,7 @@ impl Kind for ExportEngine {
         let is_cube = types.contains(&(LIGHT, artifacts::Prefiltered::TYPE));
         let mut errors = Vec::new();
         if is_cube && parameters.sun == Sun::Light {
-            errors.push(("sun", "a prefiltered cube is blurred already; connect an environment".into()));
+            errors.push(("sun", "a prefiltered cube is already blurred; connect an environment".into()));
         }
         if is_cube && !parameters.preset.loads_cube() {
             let name = parameters.preset.name;
@@ -236,7 +236,7 @@ impl Kind for ExportEngine {
             [("resolution", parameters.resolution), ("skybox-resolution", parameters.skybox_resolution)];
         for (name, size) in sizes {
             if is_cube && size.is_some() {
-                errors.push((name, "a prefiltered cube has its size already".into()));
+                errors.push((name, "a prefiltered cube already has a size".into()));
             }
         }
         errors
@@ -345,7 +345,7 @@ fn without_suns(
     let suns = count.of(&found).to_vec();
     let subtracted = environment.without_lights(&suns);
     match (suns.len(), found.len()) {
-        (_, 0) => reporter.note("there is no sun and no lamp to be a light"),
+        (_, 0) => reporter.note("there is no sun or lamp that can become a light"),
         (kept, all) => {
             let taken: f64 = subtracted.taken.iter().sum();
             let taken = share(taken / environment.integral().iter().sum::<f64>());
@@ -381,15 +381,15 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
         let fits = preset.size_with(cube.levels.len()).unwrap_or(edge);
         let (found, name, wanted) = (cube.levels.len(), preset.name, expected.len());
         return Err(Failure::new(format!(
-            "the cube has {found} levels; {name} looks for {wanted} in a cube of {edge}; the nearest size that fits \
-             {found} is {fits}"
+            "the cube has {found} levels; {name} expects {wanted} in a cube of {edge}; the nearest size that \
+             fits {found} is {fits}"
         ))
         .help(help.as_str()));
     }
     for (l, (level, expected)) in cube.levels.iter().zip(&expected).enumerate() {
         if (level.roughness - expected).abs() > 1e-6 {
             let (found, name) = (level.roughness, preset.name);
-            let text = format!("level {l} has roughness {found:.4}; {name} looks for {expected:.4} there");
+            let text = format!("level {l} has roughness {found:.4}, but {name} expects {expected:.4} there");
             return Err(Failure::new(text).help(help.as_str()));
         }
     }
@@ -397,7 +397,10 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
         return Err(Failure::new(
             "the cube is not prefiltered with GGX, the lobe of the engines' reflections",
         )
-        .help("give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for a renderer of your own: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\""));
+        .help(
+            "give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for your own \
+             renderer: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\"",
+        ));
     }
     Ok(())
 }

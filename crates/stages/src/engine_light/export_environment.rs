@@ -221,7 +221,9 @@ impl Parameters {
         let excess = Excess::of(brightest, content, largest);
         if excess.count > 0 && self.numbers.overflow == Overflow::Error {
             let text = format!("{} values exceed {largest}, the largest number of {name}", excess.count);
-            return Err(Failure::new(text).help("leave out `texels`, and precision = \"float\" keeps them"));
+            return Err(
+                Failure::new(text).help("leave out `texels` and set precision = \"float\" to keep them")
+            );
         }
         if excess.count > 0 {
             context.reporter.warn(format!(
@@ -236,9 +238,10 @@ impl Parameters {
             _ => write_dds(texture, texels)?,
         };
         if encoded.negative > 0 {
-            context
-                .reporter
-                .warn(format!("{} negative values became 0, which {name} does not hold", encoded.negative));
+            context.reporter.warn(format!(
+                "{} negative values became 0, because {name} cannot hold them",
+                encoded.negative
+            ));
         }
         Ok(encoded.bytes)
     }
@@ -280,13 +283,13 @@ impl Kind for ExportEnvironment {
             errors.push(("texels", "only format = \"ktx2\" or \"dds\" uses it".into()));
         }
         if parameters.texels.is_some() && parameters.numbers.precision != PrecisionName::Auto {
-            errors.push(("precision", "packed texels have their own".into()));
+            errors.push(("precision", "packed texels already set them".into()));
         }
         if parameters.levels && !parameters.is_texture() {
             errors.push(("levels", "only format = \"ktx2\" or \"dds\" has them".into()));
         }
         if parameters.zstd && parameters.format != EnvironmentFormat::Ktx2 {
-            errors.push(("zstd", "only format = \"ktx2\" is compressed so".into()));
+            errors.push(("zstd", "only format = \"ktx2\" can be compressed".into()));
         }
         errors.extend(parameters.encoding().check());
         errors
@@ -303,10 +306,10 @@ impl Kind for ExportEnvironment {
                 errors.push(("format", text.into()));
             }
             if parameters.levels {
-                errors.push(("levels", "a prefiltered cube has its levels already".into()));
+                errors.push(("levels", "a prefiltered cube already has levels".into()));
             }
             if parameters.resolution.is_some() {
-                errors.push(("resolution", "a prefiltered cube has its size already".into()));
+                errors.push(("resolution", "a prefiltered cube already has a size".into()));
             }
         }
         errors

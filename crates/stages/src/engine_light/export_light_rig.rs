@@ -118,11 +118,11 @@ impl Kind for ExportLightRig {
         let lighting = &context.inputs.get::<artifacts::Lighting>("lights")?.0;
         let lights = &lighting.lights[..];
         if lights.is_empty() {
-            return Err(Failure::new("the lighting has no lights beside its series")
+            return Err(Failure::new("the lighting has no separate lights")
                 .help("make some with sample-light, or with lamps = \"separate\" of project-sh"));
         }
         if lighting.series.coefficients().as_flattened().iter().any(|value| *value != 0.0) {
-            context.reporter.note("the series beside the lights is not written");
+            context.reporter.note("only the lights are written, not the series");
         }
         let recipe = Some(context.recipe());
         Ok(Output::files(match parameters.format {

@@ -120,7 +120,7 @@ impl Kind for CircularLights {
         let beside = lighting.lights.len();
         context.reporter.note(match beside {
             0 => format!("{} disks in a series of degree {}", disks.len(), degree.get()),
-            _ if beside == disks.len() => format!("{beside} disks beside an empty series"),
+            _ if beside == disks.len() => format!("{beside} disks as lights, and an empty series"),
             _ => format!(
                 "{} of {} disks are larger than 90 degrees and in the series",
                 disks.len() - beside,
@@ -160,7 +160,7 @@ fn read(file: &str, bytes: &[u8]) -> Result<Vec<Disk>, Failure> {
     }
     if disks.is_empty() && errors.is_empty() {
         errors.push(
-            Diagnostic::of_file("there is no light").expected("expected a table [[light]] for each disk"),
+            Diagnostic::of_file("there are no lights").expected("expected a table [[light]] for each disk"),
         );
     }
     if errors.is_empty() {
@@ -179,14 +179,12 @@ fn disk(table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Disk> {
             [Some(_), Some(both)] => {
                 errors.push(Diagnostic::at(
                     both.key_span.clone(),
-                    format!("{second:?} and {first:?} are both given"),
+                    format!("{second:?} and {first:?} exclude each other"),
                 ));
             }
             [None, None] => {
-                errors.push(Diagnostic::at(
-                    table.span.clone(),
-                    format!("neither {first:?} nor {second:?} is given"),
-                ));
+                errors
+                    .push(Diagnostic::at(table.span.clone(), format!("{first:?} or {second:?} is missing")));
             }
             _ => {}
         }

@@ -451,7 +451,7 @@ impl SourcePictures {
         if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
             let face = FaceName::parse(&name(source)).ok_or_else(|| {
                 Failure::new(format!(
-                    "{} is not a folder of six faces, and its name does not end in a face's word",
+                    "{} is not a folder of six faces, and its name does not end in a word for a face",
                     name(source)
                 ))
                 .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
@@ -539,7 +539,7 @@ fn read_texture(
     if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
         && layout != Layout::Cube
     {
-        let message = format!("the file holds a cube, which layout = \"{}\" is not", layout.name());
+        let message = format!("the file holds a cube, but layout = \"{}\" is not one", layout.name());
         return Err(within(Failure::new(message).help("remove `layout`")));
     }
     let declared = recipe.as_deref().and_then(EnginePreset::of_recipe);
@@ -548,14 +548,13 @@ fn read_texture(
     {
         let (declared, wanted) = (declared.name, wanted.name);
         reporter.warn(format!(
-            "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
+            "{}: the file was written for {declared}, but is read with preset = \"{wanted}\"",
             name(path)
         ));
     }
     let usual = is_for_babylon.then_some(EnginePreset::BABYLON);
     let preset = parameters.preset.or(declared).or(usual);
-    let frame =
-        preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name));
+    let frame = preset.map_or("the frame of KTX2".into(), |preset| format!("the frame of {}", preset.name));
     reporter.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
     if let Some(preset) = preset {
         let pixels = preset.turned_back(&image);

@@ -106,10 +106,9 @@ impl Kind for LightFieldKind {
         let beside: usize = named.values().map(|lighting| lighting.lights.len()).sum();
         match beside {
             0 => {}
-            1 => reporter.note("1 light beside a series is taken into it, to its degree"),
-            _ => {
-                reporter.note(format!("{beside} lights beside series are taken into them, to their degrees"))
-            }
+            1 => reporter.note("1 separate light is added to its series, up to its degree"),
+            _ => reporter
+                .note(format!("{beside} separate lights are added to their series, up to their degrees")),
         }
         let places = points.values().map(|Place(place)| *place).collect();
         let lights = named.values().map(|lighting| lighting.whole()).collect();

@@ -19,7 +19,9 @@ pub(crate) fn difference(environment: &Environment, reflection: &Reflection) -> 
     let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
     let lighting = Lighting { series: reflection.lighting().to_degree(degree), lights };
     is_of_another(environment, lighting).then(|| {
-        "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was".into()
+        "the reflection was not made from this environment: connect the one that was projected, turned in \
+         the same way as the lighting"
+            .into()
     })
 }
 
@@ -32,8 +34,7 @@ pub(crate) fn difference_from_scales(environment: &Environment, scales: &ScaleSp
         rgb.iter_mut().for_each(|value| *value /= share);
     }
     is_of_another(environment, Lighting { series, lights: scales.lights().to_vec() }).then(|| {
-        "the scale space was not made from this environment: connect the one that `scale-space` was given"
-            .into()
+        "the scale space was not made from this environment: connect the input of `scale-space`".into()
     })
 }
 

@@ -194,7 +194,7 @@ impl Kind for ProjectSh {
                 _ => {}
             }
             if parameters.window == Window::NonNegative {
-                let text = "window = \"non-negative\" already leaves nothing negative";
+                let text = "window = \"non-negative\" already prevents negative values";
                 errors.push(("non-negative", text.into()));
             }
         }
@@ -321,8 +321,9 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Resu
     let held = energy_share(energy[..=degree.get()].iter().sum(), total);
     if enough.is_none() {
         reporter.warn(format!(
-            "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a larger image holds \
-             more, and without `tolerance` and `degree` the lamps, which need it, are kept as lights",
+            "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a \
+             larger image holds more; without `tolerance` and `degree` the lamps become separate lights and \
+             need no degrees",
             tolerance.get(),
             degree.get()
         ));

@@ -129,7 +129,7 @@ impl Kind for Rotate {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let angles = [parameters.yaw, parameters.pitch, parameters.roll];
         if parameters.quaternion.is_some() && angles != [0.0; 3] {
-            return vec![("quaternion", "the rotation is already given by yaw, pitch or roll".into())];
+            return vec![("quaternion", "yaw, pitch or roll already set the rotation".into())];
         }
         Vec::new()
     }

@@ -149,8 +149,8 @@ impl Kind for SampleLight {
                 if error > tolerance {
                     let (most, error) = (MOST_TRIED, percent(error));
                     reporter.warn(format!(
-                        "{most} lights are too few for tolerance {tolerance}: surfaces are off by up to {error}; raise \
-                         `tolerance` to that, or set a larger `count`"
+                        "{most} lights are too few for tolerance {tolerance}: the error on surfaces is up to \
+                         {error}; raise `tolerance` to that, or set a larger `count`"
                     ));
                 }
                 lights
@@ -193,7 +193,7 @@ fn lights_text(count: usize) -> String {
 
 fn why(method: Method) -> &'static str {
     match method {
-        Method::MedianCut => "no more texels are lit",
+        Method::MedianCut => "no other texels are lit",
         Method::Warped => "several points lie in one texel",
     }
 }

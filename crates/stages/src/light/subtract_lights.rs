@@ -68,7 +68,7 @@ impl Kind for SubtractLights {
         lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
         lights.truncate(parameters.most.unwrap_or(usize::MAX));
         if lights.is_empty() {
-            reporter.warn("the lighting has no lights beside its series: the environment is as it was");
+            reporter.warn("the lighting has no separate lights, so the environment did not change");
             return Output::artifact((*environment).clone());
         }
         if let Some(light) =
@@ -81,14 +81,14 @@ impl Kind for SubtractLights {
         let taken: f64 = subtracted.taken.iter().sum();
         let wanted: f64 = lights.iter().map(power).sum();
         reporter.note(match lights.len() {
-            1 => format!("1 light takes {} of the light out", share(taken / whole)),
-            count => format!("{count} lights take {} of the light out", share(taken / whole)),
+            1 => format!("1 light removed {} of the light", share(taken / whole)),
+            count => format!("{count} lights removed {} of the light", share(taken / whole)),
         });
         let missing = (wanted - taken).abs();
-        reporter.note(format!("the rest and the lights are the whole to {:.1e}", missing / whole));
+        reporter.note(format!("the rest and the lights together are the whole to {:.1e}", missing / whole));
         if missing > MISSING * wanted {
             reporter.warn(format!(
-                "the lights have more light than the environment: {} of it was there to be subtracted",
+                "the lights have more light than the environment: only {} of it could be subtracted",
                 share(taken / wanted)
             ));
         }

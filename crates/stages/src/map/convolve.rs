@@ -156,7 +156,7 @@ impl Kind for Convolve {
         let (given, rule) = (parameters.window.fixed(), parameters.rule(&brdf.coefficients));
         if rule.is_some() && !(brdf.for_light && brdf.material.is_some()) {
             return Err(Failure::new(
-                "accept and error choose P, but the coefficients have one that is named",
+                "accept and error choose P, but the coefficients already have a given P",
             )
             .help("leave out `degree` and `tolerance` in project-brdf, or `accept` and `error` here"));
         }
@@ -186,8 +186,9 @@ impl Kind for Convolve {
                     let (reflection, error) = least_window(reflection, &whole, dark, reporter)?;
                     if error.negative > NEGATIVE || error.p95 > RING {
                         reporter.warn(format!(
-                            "the highest degrees are too low for a highlight this sharp: {}; a larger roughness, or the \
-                             levels of prefilter and export-engine, which have no degree, show no rings",
+                            "the highest degrees are too low for a highlight this sharp: {}; a larger \
+                             roughness, or the levels of prefilter and export-engine, which have no degree, \
+                             do not ring",
                             told(&error)
                         ));
                     }
@@ -238,8 +239,8 @@ fn at_named_degrees(lighting: &Lighting, brdf: &tensors::Brdf, reporter: &Report
     let kept = brdf.material.as_ref().filter(|_| lamps > 0);
     if lamps > 0 && kept.is_none() {
         reporter.warn(format!(
-            "the coefficients arrive without their material, so that the lighting's lamps ({lamps}) go into its series, \
-             where the cut rings around them; set lamps = \"series\" in project-sh to have them there"
+            "the coefficients arrive without their material, so the lamps of the lighting ({lamps}) go into \
+             its series, which then rings around them; set lamps = \"series\" in project-sh to confirm this"
         ));
     }
     let series = if kept.is_some() { lighting.series.clone() } else { lighting.whole() };
@@ -323,7 +324,8 @@ fn warn_of_rings(
     }
     if study.negative_light > NEGATIVE {
         text.push_str(
-            "; around its suns the lighting's own series is black: leave out `degree` and `tolerance` in project-sh",
+            "; the series of the lighting is black around its suns: leave out `degree` and `tolerance` in \
+             project-sh",
         );
     }
     reporter.warn(text);
@@ -361,8 +363,8 @@ fn lost(cut: &Cut, rule: Option<DegreeRule>) -> String {
 fn beside(reflection: &Reflection) -> String {
     match reflection.lamps().map_or(0, |lamps| lamps.lights.len()) {
         0 => String::new(),
-        1 => "; 1 lamp is kept beside it".to_owned(),
-        lamps => format!("; {lamps} lamps are kept beside it"),
+        1 => "; 1 lamp is kept separate".to_owned(),
+        lamps => format!("; {lamps} lamps are kept separate"),
     }
 }
 

@@ -303,7 +303,8 @@ fn note_lost(map: &Shrm, reporter: &Reporter) {
     }
     if lost > 0.0 {
         let what = format!(
-            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
+            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can \
+             represent, and is lost",
             map.p().get()
         );
         report_loss(reporter, lost / all, &what, "export-shrm keeps it");

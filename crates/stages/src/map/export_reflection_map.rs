@@ -195,9 +195,8 @@ fn note_lost_together(reflection: &Reflection, plain: Plain, reporter: &Reporter
         lost.p95, lost.p99
     );
     if lost.p95 > SHOWS {
-        reporter.warn(format!(
-            "{found}: the matte base shows the light of the wrong direction; leave out `parts`"
-        ));
+        reporter
+            .warn(format!("{found}: the matte base shows light from the wrong direction; leave out `parts`"));
     } else {
         reporter.note(found);
     }
@@ -235,11 +234,11 @@ fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], reporter: &Repor
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
     let written = match format {
-        PictureFormat::Exr => "black where a renderer clamps them",
+        PictureFormat::Exr => "a renderer that clamps them shows black",
         PictureFormat::Rgbe | PictureFormat::Png => "written as 0",
     };
     let what =
-        format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
+        format!("the values are negative, down to {least:.3e}, because the series is truncated: {written}");
     let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
     report_loss(reporter, negative as f64 / total as f64, &what, help);
 }

@@ -274,7 +274,7 @@ impl Kind for ExportTaps {
             }
             let given = [("format", parameters.format.is_some()), ("layout", parameters.layout.is_some())];
             let given = given.into_iter().filter(|(_, given)| *given);
-            errors.extend(given.map(|(name, _)| (name, "the preset already gives it".into())));
+            errors.extend(given.map(|(name, _)| (name, "the preset already sets it".into())));
         }
         if format == TapsFormat::Exr && parameters.layout == Some(TapsLayout::CubeArray) {
             errors.push(("layout", "OpenEXR has no arrays of cubes; it holds an atlas".into()));
@@ -300,7 +300,7 @@ impl Kind for ExportTaps {
         }
         if parameters.varied {
             let is_alone = types.len() == 1 && types[0].0 == TAPS && parameters.preset.is_none();
-            let text = "tables over a parameter are written alone: connect taps, without a preset";
+            let text = "tables over a parameter are written separately: connect only taps, without a preset";
             return (!is_alone).then(|| ("varied", text.into())).into_iter().collect();
         }
         let is_alone = types.len() == 1 && parameters.preset.is_some();
@@ -314,8 +314,8 @@ impl Kind for ExportTaps {
         let taps = context.inputs.optional::<artifacts::Taps>(TAPS)?;
         if parameters.varied {
             let varied = taps.as_ref().and_then(|taps| taps.0.varied.as_ref()).ok_or_else(|| {
-                Failure::new("the taps are those of one material alone")
-                    .help("say `vary = \"roughness\"` in the stage of fit-taps")
+                Failure::new("the taps are those of a single material")
+                    .help("set `vary = \"roughness\"` in the stage of fit-taps")
             })?;
             return Ok(Output::files(varied_files(parameters.format(), varied, context.recipe())?));
         }

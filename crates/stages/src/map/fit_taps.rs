@@ -132,8 +132,8 @@ impl Kind for FitTaps {
         let material = context.inputs.get::<artifacts::Material>("material")?.0.clone();
         if material.centre() == Centre::Tangent {
             reporter.warn(
-                "the material reflects in a cone about its tangent, which no few taps are; its taps are those of its \
-                 mean over all turns, and shade-vertices keeps the direction",
+                "the material reflects in a cone about its tangent, which a few taps cannot represent; its \
+                 taps are those of its mean over all rotations, and shade-vertices keeps the direction",
             );
         }
         let varied = parameters.varied(&material, reporter)?;

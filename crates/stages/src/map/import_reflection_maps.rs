@@ -349,7 +349,7 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Texture
 fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
     let rule = match layout {
         FileLayout::Cube => {
-            "a cube has six square faces, below each other in a picture, six times as high as wide"
+            "a cube has six square faces, stacked in a picture that is six times as high as wide"
         }
         FileLayout::LatLong => "a lat-long map is twice as wide as high",
         FileLayout::Sphere => "a sphere map is square",

@@ -168,7 +168,7 @@ impl Kind for Prefilter {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let is_ggx = parameters.distribution.0 == Distribution::Ggx;
         let not_fast = (parameters.method.0 == MethodChoice::Fast && !is_ggx)
-            .then(|| ("method", "\"fast\" is fitted to distribution = \"ggx\" alone".into()));
+            .then(|| ("method", "\"fast\" supports only distribution = \"ggx\"".into()));
         parameters.levels().err().into_iter().chain(not_fast).collect()
     }
 
@@ -189,7 +189,8 @@ impl Kind for Prefilter {
             let is_fast = matches!(level.method, LevelMethod::Fast { .. });
             if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
                 reporter.warn(format!(
-                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and closer",
+                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and more \
+                     accurate",
                     about(error)
                 ));
             }
@@ -212,13 +213,13 @@ impl Kind for Prefilter {
 fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
     match (preset.roughness(resolution), preset.size_with(roughness.len())) {
         (Ok(levels), Some(size)) if levels.len() != roughness.len() => format!(
-            "a list of length {}, but {} reads {} levels of a cube of {resolution}; the nearest resolution that \
-             fits is {size}, and the preset alone gives its levels",
+            "a list of length {}, but {} reads {} levels of a cube of {resolution}; the nearest resolution \
+             that fits is {size}, or leave out `roughness`, because the preset sets the levels",
             roughness.len(),
             preset.name,
             levels.len()
         ),
-        _ => "the preset already gives the levels".into(),
+        _ => "the preset already sets the levels".into(),
     }
 }
 

@@ -107,9 +107,9 @@ impl Kind for ScaleSpaceOfLight {
         let of = |count: usize| if count == 1 { "1 light".to_owned() } else { format!("{count} lights") };
         let (edge, levels) = (widths.edge(), widths.len());
         reporter.note(match found - kept {
-            0 => format!("{levels} levels from {edge} x {edge} on; {} beside them", of(kept)),
+            0 => format!("{levels} levels from {edge} x {edge} on; {} separate", of(kept)),
             baked => format!(
-                "{levels} levels from {edge} x {edge} on; {} beside them, {} in them",
+                "{levels} levels from {edge} x {edge} on; {} separate, {} in the levels",
                 of(kept),
                 of(baked)
             ),

@@ -243,8 +243,8 @@ impl Kind for ProjectBrdf {
         };
         if projection.anisotropic {
             reporter.warn(format!(
-                "{} is anisotropic; it is replaced by its mean over all turns about the normal (tabulate-brdf keeps \
-                 its direction)",
+                "{} is anisotropic; it is replaced by its mean over all rotations about the normal \
+                 (tabulate-brdf keeps its direction)",
                 material.name()
             ));
         }
@@ -252,17 +252,17 @@ impl Kind for ProjectBrdf {
             && projection.captured < 1.0 - tolerance - 1e-9
         {
             reporter.warn(format!(
-                "tolerance {tolerance} is missed: the highest degrees that are tried hold {} of the energy, not {}, and most \
-                 of the rest is at grazing views; name neither `degree` nor `tolerance`, and `convolve` chooses degrees \
-                 for each light",
+                "tolerance {tolerance} is missed: the highest degrees hold {} of the energy instead of {}, \
+                 and most of the rest is at grazing views; leave out `degree` and `tolerance`, so that \
+                 `convolve` chooses degrees for each light",
                 share(projection.captured),
                 share(1.0 - tolerance)
             ));
         }
         if projection.uncertainty > UNCERTAIN {
             reporter.warn(format!(
-                "the material changes too fast to be sampled exactly: up to {:.1} % of what it reflects may be wrong; a \
-                 larger roughness avoids that",
+                "the material changes too fast to be sampled exactly: up to {:.1} % of its reflection may be \
+                 wrong; a larger roughness avoids that",
                 100.0 * projection.uncertainty
             ));
         }

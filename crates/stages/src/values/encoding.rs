@@ -210,7 +210,7 @@ impl Writer<'_> {
                 let pixels = image.pixels().to_vec();
                 self.texture(&Texture { width, height, pixels, ..Texture::default() }, &[])
             }
-            Container::Safetensors => Err(Failure::new("safetensors hold no picture")),
+            Container::Safetensors => Err(Failure::new("safetensors cannot hold pictures")),
         }
     }
 

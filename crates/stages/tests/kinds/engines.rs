@@ -340,7 +340,7 @@ fn bounds_name_the_largest_value_and_the_error_of_each_level() {
         let said = ran.warnings[0].starts_with("the brightest light is clamped: ")
             && ran.warnings[0].contains(" % of the red light is lost")
             && ran.warnings[0].contains(&format!(" ends at {largest}; "))
-            && ran.warnings[0].ends_with("sun = \"light\" makes it a light beside the image");
+            && ran.warnings[0].ends_with("sun = \"light\" makes it a separate light");
         assert!(said, "{:?}", ran.warnings);
         assert_eq!(preset == "babylon", ran.warnings[0].contains("format = \"rgba32f\" keeps it"));
         let bounds = file(&of(preset, "clamp"), "/bounds.json");

@@ -148,7 +148,7 @@ fn openexr_envmap_attribute_is_honoured() {
     let ran = import("layout = \"lat-long\"", "a.exr", file).run().unwrap();
     assert_eq!(
         ran.warnings,
-        ["the file's envmap attribute says openexr-lat-long; it is read with layout = \"lat-long\""]
+        ["the file's envmap attribute says openexr-lat-long, but it is read with layout = \"lat-long\""]
     );
     assert!(difference(ran.artifact::<Environment>().0.pixels(), truth.0.pixels()) > 0.012);
 }
@@ -356,7 +356,7 @@ fn a_cube_that_was_exported_comes_back() {
             let parameters = "layout = \"cube\"\nformat = \"ktx2\"";
             case("export-environment", parameters).input("environment", truth.clone()).files()[0].clone()
         });
-        assert!(back.failure().contains("the file holds a cube, which layout = \"probe\" is not"));
+        assert!(back.failure().contains("the file holds a cube, but layout = \"probe\" is not one"));
     }
 }
 

@@ -55,7 +55,7 @@ fn parameters_that_are_wrong_are_named() {
             "format = \"exr\"\nlayout = \"cube-array\"",
             "layout: OpenEXR has no arrays of cubes; it holds an atlas",
         ),
-        ("export-taps", "preset = \"three\"\nformat = \"dds\"", "format: the preset already gives it"),
+        ("export-taps", "preset = \"three\"\nformat = \"dds\"", "format: the preset already sets it"),
         (
             "export-taps",
             "format = \"exr\"\ntexels = \"half\"",

@@ -128,10 +128,10 @@ fn a_transfer_of_another_mesh_is_an_error() {
         .input("table", table(lambert(0.8)))
         .input("lighting", sky_lighting())
         .input("transfer", (*baked("").artifact::<Transfer>()).clone());
-    assert_eq!(other.failure(), "the transfer is of another mesh");
+    assert_eq!(other.failure(), "the transfer belongs to another mesh");
     assert_eq!(
         case("shade-vertices", "view = [1, 0, 0]\ncamera = [1, 0, 0]").errors(),
-        ["camera: view already places the viewer"]
+        ["camera: view already sets the viewer"]
     );
 }
 
@@ -191,11 +191,11 @@ fn a_surface_varies_between_the_materials_of_its_table() {
         let expected = white[vertex][1] * value;
         assert!((varied[vertex][1] - expected).abs() < 1e-4, "{vertex}: {varied:?} {white:?}");
     }
-    assert_eq!(shade(greys).failure(), "the table has 3 materials, and nothing says where each is");
+    assert_eq!(shade(greys).failure(), "the table has 3 materials, but nothing places them on the mesh");
     let other = case("vertex-blend", "texture = \"noise.png\"").file("noise.png", picture());
     let other = other.input("mesh", pit()).artifact::<VertexBlend>();
     let failure = shade(table(lambert(1.0))).input("blend", (*other).clone()).failure();
-    assert_eq!(failure, "the blend is of another mesh");
+    assert_eq!(failure, "the blend belongs to another mesh");
 }
 
 #[test]
@@ -215,9 +215,13 @@ fn one_parameter_of_a_material_varies() {
         (
             "vary = \"roughnes_y\"\nfrom = 0.3\nto = 1",
             metal(),
-            "ward has no number \"roughnes_y\" that could vary",
+            "ward has no numeric parameter \"roughnes_y\" that could vary",
         ),
-        ("vary = \"specular\"\nfrom = 0\nto = 1", metal(), "ward has no number \"specular\" that could vary"),
+        (
+            "vary = \"specular\"\nfrom = 0\nto = 1",
+            metal(),
+            "ward has no numeric parameter \"specular\" that could vary",
+        ),
         ("vary = \"roughness\"\nfrom = 0\nto = 1", metal(), "roughness: 0 is not a number from 0.01 to 1"),
     ] {
         assert_eq!(vary(text, material).failure(), expected);
@@ -226,12 +230,13 @@ fn one_parameter_of_a_material_varies() {
         panic!("it varied")
     };
     assert_eq!(failure.chain, ["lambert has no number \"albedo\" that could vary"]);
-    let help = "none of its parameters is a number: make a material file for each value, and connect them as `materials`";
+    let help = "it has no numeric parameter: make a material file for each value, and connect them as \
+                `materials`";
     assert_eq!(failure.help.as_deref(), Some(help));
     assert_eq!(vary("vary = \"roughness\"", metal()).errors().len(), 2);
     assert_eq!(
         vary("from = 1", metal()).errors(),
-        ["from: only a parameter that varies uses it: vary = \"roughness\""]
+        ["from: only a varying parameter uses it: vary = \"roughness\""]
     );
     let both = vary("", metal()).keyed_input("materials", &[], metal());
     assert_eq!(both.failure(), "both material and materials are connected");
@@ -295,7 +300,7 @@ fn anisotropy_of_gltf_turns_the_tangents() {
     let none =
         with_square(case("brush-mesh", "gltf = \"a/square.gltf\""), "{}").input("mesh", (*mesh()).clone());
     let failure = none.failure();
-    assert!(failure.starts_with("cannot brush by a/square.gltf"), "{failure}");
+    assert!(failure.starts_with("cannot brush with a/square.gltf"), "{failure}");
     let bare =
         mesh::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
     let bare = with_square(case("brush-mesh", "gltf = \"a/square.gltf\""), textured)
@@ -441,13 +446,13 @@ fn a_wall_lights_the_floor_before_it() {
 fn interreflection_needs_a_material() {
     assert_eq!(
         baked("bounces = 1").failure(),
-        "`bounces` needs the material of the mesh, and none is connected"
+        "`bounces` needs the material of the mesh, but none is connected"
     );
     let unused = baked("").input("material", Material(lambert(0.8))).run().unwrap();
     assert_eq!(unused.notes[0], "`bounces` is 0: the material is not used");
     assert_eq!(
         baked("form = \"visibility\"\nbounces = 1").errors(),
-        ["bounces: form = \"visibility\" holds shadows alone"]
+        ["bounces: form = \"visibility\" holds only shadows"]
     );
 }
 
