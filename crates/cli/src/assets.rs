@@ -407,8 +407,8 @@ mod tests {
         assert_eq!(Assets::named(std::slice::from_ref(&texture)).unwrap().environments, [texture]);
         assert!(is_manifest(&manifest) && !is_manifest(&gold));
         // What has the ending of no format that is read is nothing.
-        assert!(Assets::named(&[write("sky.bmp", "")]).unwrap_err().contains("is neither an image"));
-        assert!(Assets::named(&[manifest]).unwrap_err().contains("is neither an image"));
+        assert!(Assets::named(&[write("sky.bmp", "")]).unwrap_err().contains("is not an image"));
+        assert!(Assets::named(&[manifest]).unwrap_err().contains("is not an image"));
         assert!(Assets::named(&[folder.path().join("none.hdr")]).unwrap_err().contains("cannot read"));
     }
 }

@@ -173,7 +173,7 @@ fn a_changed_file_of_a_removed_item_is_left_alone() {
     project.build();
     project.write("out/loud/b.txt", "mine now");
     project.remove("b.txt");
-    assert_has(events(&project), ["warning file [b]: ", "it was left there"]);
+    assert_has(events(&project), ["warning file [b]: ", "so it stays"]);
     assert_eq!(project.read("out/loud/b.txt"), "mine now");
     assert_eq!(events(&project), "");
 }
@@ -335,7 +335,7 @@ fn a_build_killed_while_it_puts_a_changed_file_back_is_continued() {
         cut_after_intent(&project);
         project.write("out/loud/a.txt", "mine");
         let events_now = events(&project);
-        assert_has(&events_now, ["the published file was put back"]);
+        assert_has(&events_now, ["the published file was restored"]);
         assert!(!events_now.contains("FAILED"), "{events_now}");
         assert_eq!(project.read("out/loud/a.txt"), "ONE");
     }
@@ -344,7 +344,7 @@ fn a_build_killed_while_it_puts_a_changed_file_back_is_continued() {
     project.write("out/loud/a.txt", "mine");
     project.remove("a.txt");
     project.write("b.txt", "two");
-    assert!(events(&project).contains("it was left there"));
+    assert!(events(&project).contains("so it stays"));
     assert_eq!(project.read("out/loud/a.txt"), "mine");
 }
 

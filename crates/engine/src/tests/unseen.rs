@@ -173,7 +173,7 @@ fn a_drive_that_is_not_mounted_stops_the_build() {
         let error = built.unwrap_err().to_string();
         let expected =
             "the source in/drive/sky.txt cannot be read, and may still exist: nothing is mounted on ";
-        assert!(error.starts_with(expected) && error.ends_with("/in/drive now"), "{error}");
+        assert!(error.starts_with(expected) && error.ends_with("/in/drive any more"), "{error}");
         has_kept(&project);
     }
     let mounted = mount();

@@ -92,7 +92,7 @@ mod tests {
             difference(&lit.rotated(turn, Stop::NEVER).unwrap(), &reflection(&lighting))
         };
         assert_eq!(turned(1.0), None);
-        assert!(turned(30.0).unwrap().contains("turned as the lighting was"));
+        assert!(turned(30.0).unwrap().contains("turned in the same way as the lighting"));
         // Light from everywhere has no direction to compare.
         let even = environment(|_| 0.7);
         let flat = Transform::new(even.grid(), degree).unwrap().analyse(even.pixels());

@@ -198,7 +198,7 @@ fn faces_that_are_missing_or_wrong_are_reported() {
     let failure = faces(["px.exr", "nx.exr", "py.exr", "down.txt", "pz.exr", "nz.exr"], 2).failure();
     assert!(failure.contains("found nx.exr, nz.exr, px.exr, py.exr, pz.exr; missing: ny or"), "{failure}");
     let failure = import("layout = \"cube\"", "sky.exr", lat_long(4)).failure();
-    assert!(failure.ends_with("its name does not end in a face's word"), "{failure}");
+    assert!(failure.ends_with("its name does not end in a word for a face"), "{failure}");
 }
 
 #[test]

@@ -298,10 +298,10 @@ fn taps_are_fitted_over_a_parameter() {
 
     let alone =
         export("").input("scale-space", (*scale_space("resolution = 16").artifact::<ScaleSpace>()).clone());
-    assert!(alone.input_errors()[0].starts_with("varied: tables over a parameter are written alone"));
+    assert!(alone.input_errors()[0].starts_with("varied: tables over a parameter are written separately"));
     let plain = case("export-taps", "varied = true").input("taps", (*fit("").artifact::<Taps>()).clone());
     let plain = plain.run().err().unwrap().to_string();
-    assert!(plain.contains("one material alone"), "{plain}");
+    assert!(plain.contains("a single material"), "{plain}");
     assert_eq!(
         fit("vary = \"roughness\"\nvary-to = 0.3").errors(),
         ["vary-to: expected a number above `vary-from`"]

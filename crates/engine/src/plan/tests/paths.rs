@@ -134,7 +134,7 @@ d = { kind = "write-pair", input = "paint", path = "{paint}.txt" }
         &format!("{SOURCES}{stages}"),
         expect![[r#"
             12:45 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are the same file if case is ignored | expected a path that no other item has | change the path of one of the stages
-            14:52 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | change the path of one of the stages
+            14:52 c [gold] writes the file "gold.txt", but d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | change the path of one of the stages
         "#]],
     );
     check_errors(
