@@ -144,7 +144,7 @@ fn a_grey_card_or_what_was_white_balances_a_photograph() {
     let wrong = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "1,2,3"];
     project.specula(&wrong).ends(2, ["--grey-card", "[left, top, width, height]"]);
     let far = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "600,2,3,4"];
-    project.specula(&far).ends(1, ["not within the picture of 512 x 256"]);
+    project.specula(&far).ends(1, ["not all within the 512 x 256 picture"]);
 }
 
 /// `--engine` writes what `export-engine` makes of each environment, or the one file that is named.
@@ -229,7 +229,7 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         (&["--engine", "three", "--to", "taps", "-o", "x/"], "cannot be used with"),
         (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, and not x.env"),
         (&["--engine", "three", "-o", "x/", "--layout", "cube"], "--layout is an option of images"),
-        (&["--engine", "three", "-o", "x.ktx2", "--sky", "8"], "x.ktx2 is the light alone; name a folder"),
+        (&["--engine", "three", "-o", "x.ktx2", "--sky", "8"], "x.ktx2 is only the light; name a folder"),
         (&["--engine", "unity", "-o", "x/", "--sky", "8"], "the engine shows the lat-long image itself"),
         (&["--engine", "three", "-o", "x/", "--sky", "few"], "a whole number of texels, or \"none\""),
         (&["-o", "x.exr", "--sky", "8"], "--sky is an option of --engine"),

@@ -41,7 +41,7 @@
 //! 1. the unnamed layer of R, G and B
 //! 2. a layer named `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
 //! 3. another layer of R, G and B
-//! 4. a layer of R, G and B whose name says that it is not light, such as `N`, `normal`, `P`, `position`, `uv`
+//! 4. a layer of R, G and B whose name does not mean light, such as `N`, `normal`, `P`, `position`, `uv`
 //! 5. luminance and chroma (Y RY BY)
 //! 6. grey (Y)
 //!

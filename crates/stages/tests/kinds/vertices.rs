@@ -117,7 +117,7 @@ fn degrees_and_rays_are_checked_before_the_first_one() {
     let inside = mesh::Mesh::new(positions, normals, tangents, None, sphere.triangles().to_vec());
     let small = "degree = 0\ndirections = 64";
     let ran = case("precompute-transfer", small).input("mesh", Mesh(inside.unwrap())).run().unwrap();
-    assert!(ran.warnings[0].starts_with("1 of 33153 vertices see nothing of the sky"), "{:?}", ran.warnings);
+    assert!(ran.warnings[0].starts_with("1 of 33153 vertices do not see the sky"), "{:?}", ran.warnings);
 }
 
 #[test]
@@ -308,7 +308,7 @@ fn anisotropy_of_gltf_turns_the_tangents() {
     assert!(bare.failure().starts_with("the mesh has no texture coordinates"), "{}", bare.failure());
     assert_eq!(
         case("brush-mesh", "material = 0").errors(),
-        ["material: needs the file that it is in: gltf = \"...\""]
+        ["material: also needs the file: gltf = \"...\""]
     );
 }
 

@@ -44,7 +44,7 @@ pub(super) const SHADERS: [Kind; 2] = [
 const BLACK: [f64; 3] = [0.0; 3];
 const WHITE: [f64; 3] = [1.0; 3];
 
-/// The inputs of `standard_surface`: those of 1.0.0, if asked for, differ from those of 1.0.1 in two defaults.
+/// The inputs of `standard_surface`: 1.0.0 has two other defaults than 1.0.1.
 fn standard_inputs(version: Option<&str>) -> &'static [Input] {
     const OLD: &[Input] = &{
         let mut inputs = STANDARD_SURFACE;
