@@ -17,8 +17,8 @@
 //!
 //! ## The command
 //!
-//! `command` is the program and its arguments. No shell interprets it; if you need one, use `["sh", "-c",
-//! "..."]`. Arguments can contain placeholders:
+//! `command` is the program and its arguments. No shell interprets it; if you need one, use
+//! `["sh", "-c", "..."]`. Arguments can contain placeholders:
 //!
 //! | placeholder | meaning |
 //! | --- | --- |
@@ -56,18 +56,19 @@
 //! and no later stage reruns.
 //!
 //! `output = { type = "file", format = "png" }` publishes the file unchanged as `.png` after the item's
-//! `path`, and before it the recipe as `.png.json`. `output = { type = "files", names = ["px.dds",
-//! "nx.dds"] }` publishes a folder of files and the recipe as `/recipe.json`; the last name is the index,
-//! which is replaced after the others. Here equal inputs should give equal bytes.
+//! `path`, and before it the recipe as `.png.json`.
+//! `output = { type = "files", names = ["px.dds", "nx.dds"] }` publishes a folder of files and the recipe
+//! as `/recipe.json`; the last name is the index, which is replaced after the others. Here equal inputs
+//! should give equal bytes.
 //!
 //! ## When it reruns
 //!
 //! The stage reruns when an input, a parameter or a *tool file* changes, appears or disappears. Tool files
 //! are
 //!
-//! - the program's file and, if it is a script, the interpreters in its first line (`#!/usr/bin/env
-//!   python3`). PATH counts too: the stage reruns if PATH leads to another file of that name, or to one in
-//!   another folder;
+//! - the program's file and, if it is a script, the interpreters in its first line
+//!   (`#!/usr/bin/env python3`). PATH counts too: the stage reruns if PATH leads to another file of that
+//!   name, or to one in another folder;
 //! - files and folders that are a whole argument, or the part of one after `=`
 //!   (`--lut={folder}/tools/film.cube`; without `{folder}` the program would look in its working folder);
 //! - `{folder}/...` anywhere in an argument, such as in `sh -c "{folder}/tools/run.sh {input} {output}"`.
@@ -120,11 +121,12 @@
 //! killed with all processes that it started (on Unix: its process group). Processes that it leaves running
 //! are killed when it ends.
 //!
-//! The error message shows the command with its placeholders filled in, quoted for a shell. With `specula
-//! build --keep-scratch` the scratch folder stays in `.specula/kept`, with the input files, and the command
-//! sets the same environment: paste it into a shell to run the program again. Values of variables in `env`
-//! are not shown; the command takes them from your shell. The folder stays until the item fails again with
-//! that option, or until `specula cache gc`. It is not kept if the program ran on another machine.
+//! The error message shows the command with its placeholders filled in, quoted for a shell. With
+//! `specula build --keep-scratch` the scratch folder stays in `.specula/kept`, with the input files, and
+//! the command sets the same environment: paste it into a shell to run the program again. Values of
+//! variables in `env` are not shown; the command takes them from your shell. The folder stays until the
+//! item fails again with that option, or until `specula cache gc`. It is not kept if the program ran on
+//! another machine.
 
 mod command;
 mod exchange;

@@ -19,9 +19,9 @@
 //! of it in fewer numbers.
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
-//! has the same layout and resolution; otherwise it is interpolated, with a note. With `resolution =
-//! "auto"`, the default, a reflection gets the lowest resolution for which interpolation has an error of 1
-//! %, and an SHRM keeps its own.
+//! has the same layout and resolution; otherwise it is interpolated, with a note. With
+//! `resolution = "auto"`, the default, a reflection gets the lowest resolution for which interpolation has
+//! an error of 1 %, and an SHRM keeps its own.
 //!
 //! ## Files
 //!

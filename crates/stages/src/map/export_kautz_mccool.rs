@@ -24,9 +24,9 @@
 //! about a normal, only angles up to pi / 2 are visible.
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
-//! is lat-long and has this resolution; otherwise it is interpolated, with a note. With `resolution =
-//! "auto"`, the default, a reflection gets the fewest rows for which interpolation has an error of 1 %, and
-//! an SHRM keeps its own.
+//! is lat-long and has this resolution; otherwise it is interpolated, with a note. With
+//! `resolution = "auto"`, the default, a reflection gets the fewest rows for which interpolation has an
+//! error of 1 %, and an SHRM keeps its own.
 //!
 //! ## Files
 //!

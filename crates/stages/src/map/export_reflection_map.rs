@@ -34,9 +34,9 @@
 //! ## Lamps
 //!
 //! Suns and lamps that `project-sh` keeps separate are in the map, exactly: the material reflects the disk
-//! of each. If the sun of a game is a separate light, with shadows, it would then count twice. With `lamps
-//! = "separate"` the map holds only the rest; `export-sh` with `lamps = "separate"` writes the lights
-//! themselves, in the engine's own frame.
+//! of each. If the sun of a game is a separate light, with shadows, it would then count twice. With
+//! `lamps = "separate"` the map holds only the rest; `export-sh` with `lamps = "separate"` writes the
+//! lights themselves, in the engine's own frame.
 //!
 //! ## Texels
 //!

@@ -26,9 +26,9 @@
 //! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of [RH02, sec. 3.2]; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
-//! has the same layout and resolution; otherwise it is interpolated, with a note. With `resolution =
-//! "auto"`, the default, a reflection gets the lowest resolution for which interpolation has an error of 1
-//! %, and an SHRM keeps its own. Each value takes O(P) operations.
+//! has the same layout and resolution; otherwise it is interpolated, with a note. With
+//! `resolution = "auto"`, the default, a reflection gets the lowest resolution for which interpolation has
+//! an error of 1 %, and an SHRM keeps its own. Each value takes O(P) operations.
 //!
 //! ## Files
 //!

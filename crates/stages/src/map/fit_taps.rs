@@ -39,10 +39,10 @@
 //! ## Brushed metal
 //!
 //! If a material depends on the direction of its tangent, so do its taps: each looks along the view
-//! mirrored about a facet, which is tilted against the surface along the tangent and across it. With `taps
-//! = "auto"`, J is 4 and 8, and `export-taps` takes one of the two. For shaders without tangents there are
-//! also taps of the mean over all rotations about the normal. Materials that reflect in a cone about the
-//! tangent, such as kajiya-kay, have only these, with a warning.
+//! mirrored about a facet, which is tilted against the surface along the tangent and across it. With
+//! `taps = "auto"`, J is 4 and 8, and `export-taps` takes one of the two. For shaders without tangents
+//! there are also taps of the mean over all rotations about the normal. Materials that reflect in a cone
+//! about the tangent, such as kajiya-kay, have only these, with a warning.
 
 use brdf::{Centre, Material};
 use containers::tensors::{MaterialTaps, VariedTaps};

@@ -367,7 +367,7 @@ mod tests {
         assert!(why("model = \n").starts_with("paint.toml:1:"), "{}", why("model = \n"));
         let reason = |name: &str| why_not_editable(Path::new(name));
         assert!(reason("a/gold.binary").unwrap().starts_with("gold.binary: a measured table"));
-        assert!(reason("knot.glb").unwrap().starts_with("knot.glb: a material of a glTF file"));
+        assert!(reason("knot.glb").unwrap().starts_with("knot.glb: edit a material of a glTF file"));
         assert_eq!(reason("gold.toml"), None);
     }
 
