@@ -122,7 +122,7 @@ fn negative_ringing_is_counted_and_kept_if_the_format_can() {
     assert!(pixels(&ringing("resolution = 16").files()[0]).2.iter().flatten().any(|value| *value < 0.0));
     for format in ["rgbe", "png"] {
         let case = ringing(&format!("resolution = 16\nformat = \"{format}\""));
-        assert!(case.run().unwrap().warnings[0].contains("is cut: written as 0; leave out"));
+        assert!(case.run().unwrap().warnings[0].contains("is truncated: written as 0; leave out"));
         assert!(pixels(&case.files()[0]).2.iter().flatten().all(|value| *value >= 0.0));
     }
 }

@@ -454,7 +454,7 @@ fn one_fault_stands_alone() {
         ("model = \"GGX\"", format!("gold.toml:1:9: there is no model \"GGX\"; {expected_models}; did you mean \"ggx\"?")),
         (
             "Model = \"ggx\"",
-            format!("gold.toml:1:1: \"model\" is missing; {expected_models}; did you mean \"model\" by \"Model\"?"),
+            format!("gold.toml:1:1: \"model\" is missing; {expected_models}; did you mean \"model\" instead of \"Model\"?"),
         ),
         (
             "model = \"lambert\"\nalbedo = 1\nlayers = [{ model = \"phong\", exponent = 3 }]",

@@ -140,7 +140,7 @@ fn the_strongest_lights_alone_can_be_subtracted() {
     let with = |lighting| case("subtract-lights", "").input("environment", sunny()).input("lights", lighting);
     let none = with(sky_lighting()).run().unwrap();
     assert_eq!(*none.artifact::<Environment>(), sunny());
-    assert!(none.warnings[0].contains("no lights"));
+    assert!(none.warnings[0].contains("no separate lights"));
     let mut bright = lit();
     bright.0.lights[0].irradiance = [1e9; 3];
     assert!(with(bright).run().unwrap().warnings[0].starts_with("the lights have more light"));
