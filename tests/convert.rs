@@ -55,7 +55,7 @@ fn six_faces_and_textures_are_found_to_be_environments() {
     let dome = [header.as_bytes(), &[128, 128, 128, 129].repeat(16)].concat();
     fs::write(project.path("dome.hdr"), dome).unwrap();
     for (fill, words) in [
-        ("black", "The rest, 50 % of the sphere, is black; --fill edge or mean or a colour puts light there"),
+        ("black", "The rest, 50 % of the sphere, is black; --fill edge or mean or a colour adds light there"),
         ("mean", "with the picture's mean light"),
         ("0.5,1,2", "with one colour"),
         ("[0.5, 1, 2]", "with one colour"),
@@ -200,7 +200,7 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         "-r",
         "16",
     ]);
-    run.ends(0, ["--sun light makes it a light beside the image"]);
+    run.ends(0, ["--sun light makes it a separate light"]);
     let sun = ["convert", STUDIO, "--engine", "godot", "--sun", "light", "--lights", "2", "-o", "s/"];
     project.ok(&sun);
     let lights: serde_json::Value =

@@ -130,7 +130,7 @@ impl Shown {
         }
         let missing = about(missing);
         let rest = match fill {
-            Fill::Black => "is black; fill = \"edge\", \"mean\" or a colour adds light there".to_owned(),
+            Fill::Black => "is black; fill = \"edge\" or \"mean\" or a colour adds light there".to_owned(),
             Fill::Mean => "was filled with the picture's mean light".to_owned(),
             Fill::Edge => "was filled with the light at the picture's border".to_owned(),
             Fill::Colour(_) => "was filled with one colour".to_owned(),

@@ -92,7 +92,7 @@ fn a_card_outside_of_the_picture_or_without_light_is_an_error() {
     assert!(failure("grey-card = [14, 2, 3, 2]").contains("not all within the 16 x 8 picture"));
     assert!(failure("grey-card = [0, 9223372036854775807, 1, 1]").contains("not all within"));
     let black = import("grey-card = [0, 0, 1, 1]", "a.exr", exr(2, 1, vec![[0.0, 1.0, 1.0]; 2]));
-    assert!(black.failure().contains("no grey"));
+    assert!(black.failure().contains("not a grey"));
     for wrong in [
         "white-balance = 1999",
         "white-balance = \"sun\"",

@@ -121,7 +121,7 @@ fn the_warning_says_what_is_missing_and_what_helps() {
         ran.warnings,
         [
             "a.exr: XMP GPano says that the picture shows 180 x 90 degrees of a lat-long panorama, from -45 to \
-          45 degrees of elevation. The rest, 65 % of the sphere, is black; fill = \"edge\", \"mean\" or a \
+          45 degrees of elevation. The rest, 65 % of the sphere, is black; fill = \"edge\" or \"mean\" or a \
           colour adds light there"
         ]
     );

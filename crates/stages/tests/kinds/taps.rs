@@ -86,7 +86,7 @@ fn a_material_about_its_tangent_is_a_warning() {
     let hair = brdf::Material::KajiyaKay(brdf::KajiyaKay::new(16.0, [1.0; 3]).unwrap());
     let strand = case("fit-taps", "taps = 1").input("material", Material(hair));
     let warnings = strand.run().unwrap().warnings;
-    assert!(warnings.iter().any(|text| text.contains("mean over all turns")), "{warnings:?}");
+    assert!(warnings.iter().any(|text| text.contains("mean over all rotations")), "{warnings:?}");
 }
 
 /// Brushed metal has taps that know its tangent, also in the shader of a preset.
@@ -307,5 +307,5 @@ fn taps_are_fitted_over_a_parameter() {
         ["vary-to: expected a number above `vary-from`"]
     );
     let unknown = fit("vary = \"sigma\"").run().err().unwrap().to_string();
-    assert!(unknown.contains("no number \"sigma\" to vary"), "{unknown}");
+    assert!(unknown.contains("no numeric parameter \"sigma\""), "{unknown}");
 }

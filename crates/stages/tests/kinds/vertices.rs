@@ -105,7 +105,7 @@ fn degrees_and_rays_are_checked_before_the_first_one() {
     assert_eq!((form.output().unwrap().get(), form.input().get()), (4, 2));
     assert_eq!(
         baked("degree = 8\ndirections = 500").errors(),
-        ["directions: degrees O and F need 578 or more"]
+        ["directions: degrees O and F need at least 578"]
     );
     let empty = case("precompute-transfer", "").input("mesh", Mesh(mesh::Mesh::joined(&[]).unwrap()));
     assert!(empty.artifact::<Transfer>().0.value.is_empty());
@@ -229,7 +229,7 @@ fn one_parameter_of_a_material_varies() {
     let Err(failure) = vary("vary = \"albedo\"\nfrom = 0\nto = 1", Material(lambert(0.5))).run() else {
         panic!("it varied")
     };
-    assert_eq!(failure.chain, ["lambert has no number \"albedo\" that could vary"]);
+    assert_eq!(failure.chain, ["lambert has no numeric parameter \"albedo\" that could vary"]);
     let help = "it has no numeric parameter: make a material file for each value, and connect them as \
                 `materials`";
     assert_eq!(failure.help.as_deref(), Some(help));
