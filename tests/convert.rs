@@ -227,7 +227,7 @@ fn environments_are_converted_to_the_light_of_an_engine() {
     for (options, words) in [
         (&["--engine", "thre", "-o", "x/"][..], "did you mean \"three\"?"),
         (&["--engine", "three", "--to", "taps", "-o", "x/"], "cannot be used with"),
-        (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, and not x.env"),
+        (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, not x.env"),
         (&["--engine", "three", "-o", "x/", "--layout", "cube"], "--layout is an option of images"),
         (&["--engine", "three", "-o", "x.ktx2", "--sky", "8"], "x.ktx2 is only the light; name a folder"),
         (&["--engine", "unity", "-o", "x/", "--sky", "8"], "the engine shows the lat-long image itself"),
