@@ -42,7 +42,11 @@ fn six_faces_and_textures_are_found_to_be_environments() {
     assert_eq!(fs::read(project.path("all/faces.exr")).unwrap(), fs::read(project.path("one.exr")).unwrap());
     fs::copy(project.path("one.exr"), project.path("faces/panorama.exr")).unwrap();
     let run = project.specula(&["convert", "faces", "-o", "all"]);
-    assert!(run.stderr.contains("holds other images beside the six faces px.exr, nx.exr"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("contains other images in addition to the six faces px.exr, nx.exr"),
+        "{}",
+        run.stderr
+    );
 
     project.ok(&["convert", STUDIO, "-o", "a.ktx2", "--layout", "cube", "-r", "16"]);
     project.ok(&["convert", "a.ktx2", "-o", "b.exr", "--colour-space", "ACES - ACEScg"]);
@@ -51,7 +55,7 @@ fn six_faces_and_textures_are_found_to_be_environments() {
     let dome = [header.as_bytes(), &[128, 128, 128, 129].repeat(16)].concat();
     fs::write(project.path("dome.hdr"), dome).unwrap();
     for (fill, words) in [
-        ("black", "The rest, 50 % of the sphere, is black; --fill edge or mean or a colour puts light there"),
+        ("black", "The rest, 50 % of the sphere, is black; --fill edge or mean or a colour adds light there"),
         ("mean", "with the picture's mean light"),
         ("0.5,1,2", "with one colour"),
         ("[0.5, 1, 2]", "with one colour"),
@@ -104,7 +108,7 @@ fn an_environment_is_converted_to_the_light_of_compact_maps() {
         assert!(text.contains(line), "{text}");
     }
     for (options, words) in [
-        (&["-o", "a.exr", "--lights", "2"][..], "--lights is an option of --to taps and of --sun light"),
+        (&["-o", "a.exr", "--lights", "2"][..], "--lights is an option of --to taps and --sun light"),
         (&["-o", "a", "--to", "taps", "--lights", "few"], "a whole number of lights, or \"all\""),
         (&["-o", "a", "--to", "taps", "--precision", "half"], "--precision is an option of --to environment"),
         (&["-o", "a", "--to", "taps", "-r", "48"], "the nearest is 64"),
@@ -140,7 +144,7 @@ fn a_grey_card_or_what_was_white_balances_a_photograph() {
     let wrong = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "1,2,3"];
     project.specula(&wrong).ends(2, ["--grey-card", "[left, top, width, height]"]);
     let far = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "600,2,3,4"];
-    project.specula(&far).ends(1, ["not within the picture of 512 x 256"]);
+    project.specula(&far).ends(1, ["not all within the 512 x 256 picture"]);
 }
 
 /// `--engine` writes what `export-engine` makes of each environment, or the one file that is named.
@@ -196,7 +200,7 @@ fn environments_are_converted_to_the_light_of_an_engine() {
         "-r",
         "16",
     ]);
-    run.ends(0, ["--sun light makes it a light beside the image"]);
+    run.ends(0, ["--sun light makes it a separate light"]);
     let sun = ["convert", STUDIO, "--engine", "godot", "--sun", "light", "--lights", "2", "-o", "s/"];
     project.ok(&sun);
     let lights: serde_json::Value =
@@ -223,15 +227,15 @@ fn environments_are_converted_to_the_light_of_an_engine() {
     for (options, words) in [
         (&["--engine", "thre", "-o", "x/"][..], "did you mean \"three\"?"),
         (&["--engine", "three", "--to", "taps", "-o", "x/"], "cannot be used with"),
-        (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, and not x.env"),
+        (&["--engine", "three", "-o", "x.env"], "three loads .ktx2 or .dds, not x.env"),
         (&["--engine", "three", "-o", "x/", "--layout", "cube"], "--layout is an option of images"),
-        (&["--engine", "three", "-o", "x.ktx2", "--sky", "8"], "x.ktx2 is the light alone; name a folder"),
+        (&["--engine", "three", "-o", "x.ktx2", "--sky", "8"], "x.ktx2 is only the light; name a folder"),
         (&["--engine", "unity", "-o", "x/", "--sky", "8"], "the engine shows the lat-long image itself"),
         (&["--engine", "three", "-o", "x/", "--sky", "few"], "a whole number of texels, or \"none\""),
         (&["-o", "x.exr", "--sky", "8"], "--sky is an option of --engine"),
         (&["--engine", "three", "-o", "x/", "-r", "100"], "the nearest size that fits is 128"),
         (&["--engine", "three", "-o", "x/", "--format", "rgbd"], "three loads \"rgba16f\" or \"bc6h\""),
-        (&["-o", "x"], "--engine three -o x` writes what an engine loads"),
+        (&["-o", "x"], "--engine three -o x` writes the files that an engine loads"),
         (&["-o", "x.safetensors"], "--to taps -o x.safetensors` writes the light of compact maps"),
         (&["-o", "x.json"], "`specula convert-sh` converts spherical harmonics"),
         (&["-o", "x.usda"], "export-light-rig writes suns and lamps"),
@@ -269,9 +273,9 @@ fn a_texture_is_written_for_a_renderer() {
     assert_eq!(texture.levels().map(<[_]>::len).collect::<Vec<_>>(), [128, 32, 8, 2]);
     for (options, words) in [
         (&["-o", "x.exr", "--texels", "bc6h"][..], "only format = \"ktx2\" or \"dds\" uses it"),
-        (&["-o", "x.dds", "--zstd"], "only format = \"ktx2\" is compressed so"),
+        (&["-o", "x.dds", "--zstd"], "only format = \"ktx2\" can be compressed"),
         (&["-o", "x.exr", "--levels"], "only format = \"ktx2\" or \"dds\" has them"),
-        (&["-o", "x.ktx2", "--texels", "bc6h", "--precision", "half"], "packed texels have their own"),
+        (&["-o", "x.ktx2", "--texels", "bc6h", "--precision", "half"], "packed texels already set them"),
         (&["--engine", "three", "-o", "x/", "--zstd"], "--zstd is an option of textures"),
     ] {
         project.specula(&[&["convert", STUDIO], options].concat()).ends(2, [words]);
@@ -300,7 +304,7 @@ fn a_conversion_that_is_impossible_says_why_and_leaves_what_was_there() {
         (&["none.exr", "-o", "kept.exr"][..], 2, "cannot read none.exr"),
         (&["notes.hdr", "-o", "kept.exr"], 1, "notes.hdr"),
         (&[STUDIO, "-o", "kept"], 2, "kept does not have the extension of an image"),
-        (&[STUDIO, "-o", "kept.exr", "--format", "rgbe"], 2, "is not the name of a file in the format rgbe"),
+        (&[STUDIO, "-o", "kept.exr", "--format", "rgbe"], 2, "is not a file name for the format rgbe"),
         (&[STUDIO, "-o", "kept.exr", "--layout", "cubes"], 2, "did you mean \"cube\"?"),
         (&[STUDIO, "-o", "kept.ktx2", "--layout", "cube-cross"], 2, "a texture is \"lat-long\" or \"cube\""),
         (&[STUDIO, "-o", "kept.exr", "--from", "probe"], 1, "probe"),
@@ -326,7 +330,7 @@ fn convert_names_its_own_options() {
     project.ok(&["convert", STUDIO, "-o", "strip.exr", "--layout", "cube-strip", "-r", "32"]);
     project
         .specula(&["convert", "strip.exr", "-o", "from_strip.exr"])
-        .ends(0, ["strip.exr is taken for cube-strip"]);
+        .ends(0, ["strip.exr is assumed to be cube-strip"]);
 }
 
 /// Through every convention and back.

@@ -189,7 +189,7 @@ fn settings_that_cannot_be_read_stop_nothing_and_those_with_errors_stop_a_build(
     fs::create_dir(project.path("specula.toml")).unwrap();
     let run = build(&[]);
     assert_eq!(run.code, Some(0), "{run:?}");
-    assert!(run.stderr.starts_with("warning: specula.toml is not used, because "), "{}", run.stderr);
+    assert!(run.stderr.starts_with("warning: specula.toml is ignored, because "), "{}", run.stderr);
     fs::remove_dir(project.path("specula.toml")).unwrap();
 
     project.write("specula.toml", "[remote]\nuplaod = \"never\"\n");

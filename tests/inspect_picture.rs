@@ -108,7 +108,7 @@ fn a_file_that_is_not_a_material_has_no_picture() {
 fn the_name_of_a_picture_ends_in_png() {
     let project = Project::small();
     for arguments in [&["inspect", GOLD, "--picture", "gold.jpg"][..], &["inspect", "--picture", GOLD]] {
-        project.specula(arguments).ends(2, ["its name ends in .png"]);
+        project.specula(arguments).ends(2, ["its name must end in .png"]);
     }
 }
 

@@ -58,7 +58,7 @@ source = \"assets/lights/*.toml\"
 lights = \"series\"
 ";
     let run = Project::new(manifest).specula(&["build"]).ends(3, []);
-    for text in ["pipeline.toml:7:1", "unknown key \"lights\"", "it is called \"lamps\" now"] {
+    for text in ["pipeline.toml:7:1", "unknown key \"lights\"", "it is now called \"lamps\""] {
         assert!(run.stderr.contains(text), "no {text:?} in:\n{}", run.stderr);
     }
 }

@@ -195,7 +195,7 @@ fn without_its_server_a_build_warns_once_or_fails_if_it_must_not() {
     assert!(summary["failed"] == 0 && summary["ran"].as_u64().unwrap() > 20, "{summary}");
     let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
     assert!(warning.starts_with("cannot connect to grpc://127.0.0.1:"), "{warning}");
-    assert!(warning.ends_with("; the build goes on without it"), "{warning}");
+    assert!(warning.ends_with("; the build continues without it"), "{warning}");
     project.specula(&["build", &address, "--remote-required"]).ends(4, ["error: cannot connect to grpc://"]);
 }
 

@@ -224,7 +224,7 @@ fn a_program_that_does_not_run_there_is_said_once() {
     let [ran, elsewhere] = counts(&summary);
     assert!(ran > 20 && elsewhere == 0, "{summary}");
     let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
-    assert!(warning.ends_with("; what cannot run there runs here"), "{warning}");
+    assert!(warning.ends_with("; items that cannot run there run on this machine"), "{warning}");
     let other = Project::small();
     other.write("pipeline.toml", &SMALL.replace("degree = 8\n", "degree = 7\n"));
     let run = other.specula(&["build", &executor, "--remote-program=/nowhere/specula", "--remote-required"]);
@@ -238,7 +238,8 @@ fn a_server_without_workers_is_only_a_cache() {
     let (summary, events) = build_on(&project, &server);
     assert_eq!((counts(&summary)[1], &summary["failed"]), (0, &0.into()), "{summary}");
     let [warning] = warnings(&events)[..] else { panic!("{:?}", warnings(&events)) };
-    let expected = format!("{} runs no actions; what cannot run there runs here", server.url());
+    let expected =
+        format!("{} runs no actions; items that cannot run there run on this machine", server.url());
     assert_eq!(warning, expected);
     let (summary, events) = build_on(&Project::small(), &server);
     assert_eq!((&summary["ran"], warnings(&events)), (&0.into(), vec![]), "{summary}");

@@ -55,7 +55,7 @@ fn is_refused(case: &str, options: &[&str], secrets: &[&str], advice: &str) {
     let [warning] = warnings(&events)[..] else { panic!("{case}: {:?}", warnings(&events)) };
     println!("{case}: {warning}");
     assert!(warning.contains(advice), "{case}: {warning}");
-    assert!(warning.ends_with("; the build goes on without it"), "{case}: {warning}");
+    assert!(warning.ends_with("; the build continues without it"), "{case}: {warning}");
     let (_, run) = build_in_secret(&[options, &["--remote-required"]].concat(), secrets);
     assert_eq!(run.code, Some(4), "{case}: {} {}", run.stdout, run.stderr);
     assert!(run.stderr.contains(advice), "{case}: {}", run.stderr);

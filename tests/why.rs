@@ -183,7 +183,7 @@ fn current_stale_and_altered_files_are_distinguished() {
     fs::write(project.path("out/maps/gold.exr"), &bytes).unwrap();
     let altered = project.specula(&["verify", "out/maps/gold.exr"]).ends(1, []);
     assert!(
-        altered.stdout.contains(": ALTERED: its bytes are not those that were published\n"),
+        altered.stdout.contains(": ALTERED: its bytes differ from the published ones\n"),
         "{}",
         altered.stdout
     );
@@ -247,7 +247,7 @@ fn all_of_out_is_verified_without_arguments() {
     project.write("assets/materials/brass.toml", "model = \"lambert\"\nalbedo = 0.5\n");
     let run = project.specula(&["verify"]).ends(1, []);
     for line in [
-        "maps/chalk.exr: ALTERED: its bytes are not those that were published",
+        "maps/chalk.exr: ALTERED: its bytes differ from the published ones",
         "maps/satin.exr: stale: its sources have changed since (assets/materials/satin.toml)",
         "maps/gold.exr: gone since it was published; a build restores it (map [studio, gold])",
         "maps/brass.exr: not published yet (map [studio, brass])",

@@ -265,7 +265,7 @@ fn init_writes_no_stage_that_fails_on_what_is_there() {
     let run = project.ok(&["init"]);
     let manifest = fs::read_to_string(project.path("pipeline.toml")).unwrap();
     for (file, reason) in [
-        ("half/a_px.exr", "one face of a cube whose other faces are not there"),
+        ("half/a_px.exr", "one face of a cube, but the other faces are missing"),
         ("cut.exr", "OpenEXR"),
         ("broken.hdr", ""),
         ("paint.brdf", ""),

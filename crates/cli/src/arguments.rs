@@ -24,7 +24,7 @@ pub(crate) struct Arguments {
     /// Work as if started in this folder
     #[arg(short = 'C', value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(crate) working_folder: Option<PathBuf>,
-    /// Whether messages have colours
+    /// Whether to colour messages
     #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
     pub(crate) color: Colour,
     #[command(subcommand)]
@@ -41,21 +41,21 @@ pub(crate) enum Colour {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run what is out of date and publish the results
+    /// Run everything that is out of date and publish the results
     Build(BuildArguments),
-    /// Build, and build again whenever a file that the graph reads changes, until Ctrl-C
+    /// Build, and rebuild whenever a file that the graph reads changes, until Ctrl-C
     Watch(WatchArguments),
     /// Show materials on meshes under environments, in a window that follows every change
     Preview(PreviewArguments),
-    /// Explain why a stage or an exported file would run, or why it ran
+    /// Explain why a stage, an item or an exported file would run, or why it last ran
     Explain(ExplainArguments),
-    /// Show what the cache holds, make it smaller, or check it
+    /// Show the content of the cache, make it smaller, or check it
     Cache {
         #[command(subcommand)]
         command: CacheCommand,
     },
-    /// Remove published files that no manifest exports any more, because a manifest was renamed or deleted,
-    /// or its `out` changed
+    /// Remove published files that no manifest exports any more (after a manifest was renamed or deleted,
+    /// or its `out` changed)
     Prune {
         #[command(flatten)]
         query: QueryArguments,
@@ -65,8 +65,8 @@ pub(crate) enum Command {
     },
     /// Check that exported files match their recipes, and that their sources have not changed since
     Verify(VerifyArguments),
-    /// Check the manifest, and its sources as far as text and headers show errors; or check that outputs do
-    /// not depend on the number of threads
+    /// Check the manifest, and the text and headers of its sources; or check that outputs do not depend on
+    /// the number of threads
     Check(CheckArguments),
     /// Print the graph of the manifest
     Graph(GraphArguments),
@@ -81,18 +81,17 @@ pub(crate) enum Command {
         #[arg(value_enum, default_value = "pipeline")]
         subject: SchemaSubject,
     },
-    /// Describe a file: its shape, frame, range and recipe
+    /// Describe a file: a material in words, or its shape, frame, range and recipe
     Inspect {
         /// An exported file, an artifact in `.specula/blobs`, an image, a material, or a preset
         file: PathBuf,
         /// Print JSON
         #[arg(long)]
         json: bool,
-        /// Draw a material (lobes, albedo by angle, a ball) or a BRDF table (its coefficients) to this PNG
-        /// file
+        /// Draw a material (lobes, albedo by angle, a ball) or a BRDF table (coefficients) to this PNG file
         #[arg(long, value_name = "PNG", value_parser = values::png_file)]
         picture: Option<PathBuf>,
-        /// Print a shader that looks up this file, a reflection map in spherical harmonics
+        /// Print a shader that looks up this file, which must be a spherical harmonic reflection map
         #[arg(long, value_enum, value_name = "LANGUAGE", conflicts_with_all = ["json", "picture"])]
         shader: Option<ShaderName>,
     },
@@ -100,7 +99,7 @@ pub(crate) enum Command {
     Convert(ConvertArguments),
     /// Convert lighting in spherical harmonics from one engine's convention to another's
     ConvertSh(ConvertShArguments),
-    /// Write files that show where an engine looks, which level it reads and how bright it is
+    /// Write files that show where an engine looks, which level it reads and how bright the result is
     TestPattern(TestPatternArguments),
     /// Write a manifest for the images, materials and meshes in a folder, or a starter manifest
     Init {
@@ -109,14 +108,14 @@ pub(crate) enum Command {
         folder: PathBuf,
         #[arg(long, value_name = "NAME", value_parser = values::engine, help = values::engine_of_a_project())]
         engine: Option<String>,
-        /// Write the sample project, with its assets
+        /// Write the sample project with its assets
         #[arg(long, conflicts_with = "engine")]
         sample: bool,
         /// Write the preset materials to assets/materials too, even if there is a manifest
         #[arg(long, conflicts_with = "sample")]
         materials: bool,
     },
-    /// Print the script that completes this command's arguments in a shell
+    /// Print a script that completes the arguments of specula in a shell
     Completions {
         /// The shell
         shell: Shell,
@@ -222,7 +221,7 @@ pub(crate) enum CacheCommand {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Compare every result with its digest; remove damaged ones, which the next build makes again
+    /// Compare every result with its digest, and remove damaged ones; the next build makes them again
     Verify {
         #[command(flatten)]
         query: QueryArguments,
@@ -248,7 +247,7 @@ impl CacheCommand {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ManifestArgument {
-    /// The manifest, looked for here and in the folders above
+    /// The manifest, searched for here and in the folders above
     #[arg(long, value_name = "FILE", default_value = MANIFEST)]
     pub(crate) manifest: PathBuf,
 }
@@ -265,40 +264,40 @@ pub(crate) struct QueryArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct BuildArguments {
-    /// The stages and items (`"map [sky, gold]"`) to build, with what they need [default: all]
+    /// The stages and items (`"map [sky, gold]"`) to build; those that they need are built too [default: all]
     #[arg(value_name = "STAGE|ITEM")]
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
-    /// Run the stages and items that are named, or all, even if they are up to date; what they need is not
+    /// Run the named stages and items, or all, even if they are up to date; those that they need are not
     /// forced
     #[arg(long)]
     pub(crate) force: bool,
     /// The number of threads [default: one per processor]
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
-    /// Show what would run and why, and write nothing
+    /// Show what would run and why, without writing anything
     #[arg(long)]
     pub(crate) dry_run: bool,
     /// After a failure, continue with the items that do not need the failed one (the default)
     #[arg(long, conflicts_with = "fail_fast")]
     pub(crate) keep_going: bool,
-    /// After the first failure, start no other item
+    /// After the first failure, do not start other items
     #[arg(long)]
     pub(crate) fail_fast: bool,
-    /// Keep the scratch folder of each `exec` that fails, in .specula/kept, and say how to run it by hand
+    /// Keep the scratch folder of each failed `exec` in .specula/kept, and print a command to run it by hand
     #[arg(long)]
     pub(crate) keep_scratch: bool,
-    /// If another process works in the folder, wait for it without a limit, or at most SECONDS [default: 10]
+    /// If another process works in the folder, wait without a limit, or at most SECONDS [default: 10]
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true)]
     pub(crate) wait: Option<Option<u32>>,
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// List items that are up to date too, all warnings and failures, and notes about results
+    /// Also list items that are up to date, all warnings and failures, and notes about results
     #[arg(long, short)]
     pub(crate) verbose: bool,
-    /// Show warnings and failures, and nothing else
+    /// Show only warnings and failures
     #[arg(long, short, conflicts_with_all = ["verbose", "dry_run"])]
     pub(crate) quiet: bool,
     /// Write a timeline of the workers: timings.html, and timings.json for Perfetto [default: into .specula]
@@ -311,21 +310,21 @@ pub(crate) struct BuildArguments {
 
 #[derive(Args, Clone, Debug)]
 pub(crate) struct WatchArguments {
-    /// The stages and items to keep up to date, with what they need [default: all]
+    /// The stages and items to keep up to date, with those that they need [default: all]
     #[arg(value_name = "STAGE|ITEM")]
     pub(crate) stages: Vec<String>,
     #[command(flatten)]
     pub(crate) manifest: ManifestArgument,
-    /// In the first build, run these stages and items, or all, even if they are up to date
+    /// In the first build, run the named stages and items, or all, even if they are up to date
     #[arg(long)]
     pub(crate) force: bool,
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// End after the first rebuild that a change causes, with its exit code
+    /// End after the first rebuild that a change causes, with the exit code of that build
     #[arg(long)]
     pub(crate) once: bool,
-    /// Keep the scratch folder of each `exec` that fails, in .specula/kept, and say how to run it by hand
+    /// Keep the scratch folder of each failed `exec` in .specula/kept, and print a command to run it by hand
     #[arg(long)]
     pub(crate) keep_scratch: bool,
     /// Show the results in a window, as `specula preview` does
@@ -352,7 +351,7 @@ pub(crate) struct WatchingArguments {
     /// List every item, file and warning
     #[arg(long, short)]
     pub(crate) verbose: bool,
-    /// Keep at most this much of decoded artifacts in memory, such as 512MiB; 0 keeps none
+    /// The most memory for decoded artifacts, such as 512MiB; 0 keeps none
     #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = values::bytes)]
     pub(crate) memory: u64,
     /// Trim the cache to this size while idle, such as 20GiB [default: no limit]
@@ -364,29 +363,29 @@ pub(crate) struct WatchingArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct PreviewArguments {
-    /// A manifest [default: the nearest pipeline.toml]; or images, materials, presets and meshes to look at
+    /// A manifest [default: the nearest pipeline.toml]; or images, materials, presets and meshes to show
     #[arg(value_name = "MANIFEST|FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// With files: print the manifest that shows them, and open no window
+    /// With files: print the manifest that shows them, without opening a window
     #[arg(long, requires = "files", conflicts_with = "still")]
     pub(crate) manifest: bool,
-    /// What to show first, such as environment=sky,material=gold,mesh=sphere; parts not named stay as they
-    /// were
+    /// What to show first, such as environment=sky,material=gold,mesh=sphere; parts that you leave out stay
+    /// as they were
     #[arg(long, value_name = "PART=NAME,...", value_parser = values::subject)]
     pub(crate) item: Option<SubjectRequest>,
     #[arg(long, help = values::modes(), value_parser = values::mode)]
     pub(crate) mode: Option<Mode>,
-    /// Write one picture to this PNG file, and open no window
+    /// Write one picture to this PNG file, without opening a window
     #[arg(long, value_name = "FILE", value_parser = values::png_file)]
     pub(crate) still: Option<PathBuf>,
     /// With --still: width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", requires = "still",
           value_parser = values::picture_size)]
     pub(crate) size: [u32; 2],
-    /// What draws [default: cpu for a still, which is then bit-identical everywhere; gpu for the window]
+    /// The renderer [default: cpu for a still, which is then bit-identical everywhere; gpu for the window]
     #[arg(long, value_enum)]
     pub(crate) backend: Option<Backend>,
-    /// With --still: how many stops brighter than what suits the environment, from -24 to 24, such as -1.5
+    /// With --still: stops to brighten the usual exposure for the environment, from -24 to 24, such as -1.5
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, requires = "still",
           allow_negative_numbers = true, value_parser = values::exposure)]
     pub(crate) exposure: f64,
@@ -398,8 +397,8 @@ pub(crate) struct PreviewArguments {
 pub(crate) struct ConvertShArguments {
     /// JSON of export-sh, an .env file, a glTF document with EXT_lights_image_based, or text with 27 numbers
     pub(crate) input: PathBuf,
-    /// The convention of the input: specula, directx, unreal, unity, filament, three, babylon, babylon-env or
-    /// gltf [default: as the file says]
+    /// The convention of the input: specula, directx, unreal, unity, filament, three, babylon, babylon-env
+    /// or gltf [default: as the file says]
     #[arg(long, value_name = "PRESET")]
     pub(crate) from: Option<String>,
     /// The convention to write
@@ -446,7 +445,7 @@ pub(crate) struct ExplainArguments {
 
 #[derive(Args, Debug)]
 pub(crate) struct VerifyArguments {
-    /// Files in the output folder, or copies of them in any place; folders and globs stand for the files in
+    /// Files in the output folder, or copies of them anywhere; folders and globs stand for the files in
     /// them [default: the whole output folder]
     #[arg(value_name = "FILE|FOLDER|GLOB")]
     pub(crate) files: Vec<PathBuf>,

@@ -63,15 +63,12 @@ impl Assets {
             if kind.is_dir() {
                 let found = Self::found(file);
                 if found == Self::default() {
-                    return Err(format!(
-                        "{} holds no image of high dynamic range, no material and no glTF mesh",
-                        file.display()
-                    ));
+                    return Err(format!("{} contains no HDR image, material or glTF mesh", file.display()));
                 }
                 assets = assets.and(found);
             } else if !assets.add(file, true) {
                 return Err(format!(
-                    "{} is neither an image of an environment, nor a material, nor a glTF mesh",
+                    "{} is not an image of an environment, a material or a glTF mesh",
                     file.display()
                 ));
             }
@@ -113,8 +110,8 @@ impl Assets {
         match six_faces(folder) {
             Some(faces) if assets.environments.len() == faces.len() => Ok(vec![folder.to_path_buf()]),
             Some(faces) => Err(format!(
-                "{} holds other images beside the six faces {}; name a folder of faces alone, or one of them with \
-                 --from cube",
+                "{} contains other images in addition to the six faces {}; name a folder with only the \
+                 faces, or one face with --from cube",
                 folder.display(),
                 faces.join(", ")
             )),
@@ -410,8 +407,8 @@ mod tests {
         assert_eq!(Assets::named(std::slice::from_ref(&texture)).unwrap().environments, [texture]);
         assert!(is_manifest(&manifest) && !is_manifest(&gold));
         // What has the ending of no format that is read is nothing.
-        assert!(Assets::named(&[write("sky.bmp", "")]).unwrap_err().contains("is neither an image"));
-        assert!(Assets::named(&[manifest]).unwrap_err().contains("is neither an image"));
+        assert!(Assets::named(&[write("sky.bmp", "")]).unwrap_err().contains("is not an image"));
+        assert!(Assets::named(&[manifest]).unwrap_err().contains("is not an image"));
         assert!(Assets::named(&[folder.path().join("none.hdr")]).unwrap_err().contains("cannot read"));
     }
 }

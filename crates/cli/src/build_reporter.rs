@@ -189,7 +189,7 @@ impl BuildReporter {
             }
             if let Some(dependants) = skipped.get(&Some(item)) {
                 let most = if self.verbose { usize::MAX } else { NAMED };
-                say!("  not run because of it: {}", list(dependants, "; ", most));
+                say!("  did not run because of it: {}", list(dependants, "; ", most));
             }
         }
         if let Some(more) = more(state.failures.len().saturating_sub(self.shown()), "more failed item") {

@@ -92,7 +92,7 @@ impl Request {
         if let Some(layout) = shown {
             let input = arguments.inputs[0].display();
             print::message(&format!(
-                "{input} is taken for {layout} by its shape; --from names another layout"
+                "{input} is assumed to be {layout} because of its shape; --from sets another layout"
             ));
         }
         let from = arguments.from.clone().or(shown.map(Into::into));
@@ -103,7 +103,7 @@ impl Request {
         };
         let Export { place, target, lines: export } = export.map_err(usage)?;
         if arguments.lights.is_some() && target == Target::Environment {
-            return Err(usage("--lights is an option of --to taps and of --sun light".into()));
+            return Err(usage("--lights is an option of --to taps and --sun light".into()));
         }
         for (option, value) in [("--sun", &arguments.sun), ("--sky", &arguments.sky)] {
             if value.is_some() && target != Target::Engine {
@@ -169,7 +169,7 @@ impl Inputs {
             if kind.is_dir() && !says_cube {
                 let found = Assets::in_folder(input).map_err(usage)?;
                 if found.is_empty() {
-                    return Err(usage(format!("{} holds no image of an environment", input.display())));
+                    return Err(usage(format!("{} contains no image of an environment", input.display())));
                 }
                 files.extend(found);
             } else {
@@ -205,7 +205,7 @@ impl Export {
             is_many || is_cube && arguments.from.as_deref() != Some("cube") && by_name.is_none() && !is_faces;
         let format = match (arguments.format.as_deref(), by_name) {
             (Some(format), Some(by_name)) if format != by_name && !is_many => {
-                return Err(format!("{} is not the name of a file in the format {format}", output.display()));
+                return Err(format!("{} is not a file name for the format {format}", output.display()));
             }
             (Some(format), _) => format,
             (None, Some(format)) if !is_many => format,
@@ -249,7 +249,7 @@ impl Export {
                 let Some((format, ending)) = engine.format_of_extension(&extension) else {
                     let known: Vec<_> = known.iter().map(|extension| format!(".{extension}")).collect();
                     return Err(format!(
-                        "{} loads {}, and not {}; name such a file, or a folder with all that it loads",
+                        "{} loads {}, not {}; name such a file, or a folder for all files that it loads",
                         engine.name,
                         known.join(" or "),
                         output.display()
@@ -269,7 +269,7 @@ impl Export {
             (None, Place::Light(_)) if engine.loads_cube() => Some("skybox = false".into()),
             (Some(_), Place::Light(_)) => {
                 return Err(format!(
-                    "{} is the light alone; name a folder to have a sky, too",
+                    "{} is only the light; name a folder to get a sky too",
                     output.display()
                 ));
             }
@@ -307,7 +307,9 @@ fn no_format(arguments: &ConvertArguments) -> String {
     let inputs =
         arguments.inputs.iter().map(|input| input.display().to_string()).collect::<Vec<_>>().join(" ");
     let other = match extension(&arguments.output).as_deref() {
-        None => format!("`specula convert {inputs} --engine three -o {output}` writes what an engine loads"),
+        None => format!(
+            "`specula convert {inputs} --engine three -o {output}` writes the files that an engine loads"
+        ),
         Some("safetensors") => {
             format!("`specula convert {inputs} --to taps -o {output}` writes the light of compact maps")
         }

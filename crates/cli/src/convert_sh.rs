@@ -27,10 +27,15 @@ pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, CommandError> 
     let found = if is_gltf { read_gltf(&bytes, from) } else { read(&bytes, from).map(|found| (found, None)) };
     let ((from, mut lighting), light) = found.map_err(|error| {
         let help = match is_gltf {
-            true => "of a glTF file, convert-sh reads the light of EXT_lights_image_based that the scene uses, or the \
-                     first: irradianceCoefficients (9 rows of 3 numbers), intensity and rotation",
-            false => "convert-sh reads the JSON of export-sh, .env, glTF with EXT_lights_image_based, and text with \
-                      27 numbers such as cmgen's sh.txt; for text, --from says in which convention",
+            true => {
+                "from a glTF file, convert-sh reads the light of EXT_lights_image_based that the scene \
+                     uses, or the first one: irradianceCoefficients (9 rows of 3 numbers), intensity and \
+                     rotation"
+            }
+            false => {
+                "convert-sh reads the JSON of export-sh, .env, glTF with EXT_lights_image_based, and \
+                      text with 27 numbers such as cmgen's sh.txt; for text, --from sets the convention"
+            }
         };
         failed(&[format!("{}: {error}", input.display())], Some(help))
     })?;
@@ -99,7 +104,7 @@ fn read_gltf(bytes: &[u8], from: Option<Preset>) -> Result<(Converted, Option<St
 /// Refuses a file that is of another convention than the one that was named.
 fn check_preset(found: Preset, from: Option<Preset>) -> Result<(), String> {
     match from.filter(|from| *from != found) {
-        Some(from) => Err(format!("the file is of preset {}, not {}", found.name(), from.name())),
+        Some(from) => Err(format!("the file has the preset {}, not {}", found.name(), from.name())),
         None => Ok(()),
     }
 }
@@ -123,11 +128,11 @@ fn read(bytes: &[u8], from: Option<Preset>) -> Result<Converted, String> {
     if numbers.is_empty() || !numbers.len().is_multiple_of(3) {
         return Err(format!("expected 27 numbers, found {}", numbers.len()));
     }
-    let preset = from.ok_or("plain text does not name its convention; give --from")?;
+    let preset = from.ok_or("plain text does not name its convention; set it with --from")?;
     let rows: Vec<Vec<f64>> = numbers.chunks_exact(3).map(<[f64]>::to_vec).collect();
     let tables = match preset {
         Preset::BabylonEnv => rows.into_iter().map(|row| vec![row]).collect(),
-        Preset::Unity => return Err("Unity's rows have four numbers; give them as JSON".into()),
+        Preset::Unity => return Err("Unity's rows have four numbers; use JSON for them".into()),
         _ => vec![rows],
     };
     Ok((preset, preset.revert(&tables).map_err(|error| error.to_string())?.into()))

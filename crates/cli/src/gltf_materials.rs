@@ -51,7 +51,7 @@ impl GltfMaterials {
                 }
             }
             if more > 0 {
-                let reason = format!("{more} of its materials: {MATERIAL_LIMIT} files are written at most");
+                let reason = format!("{more} of its materials: at most {MATERIAL_LIMIT} files are written");
                 materials.left_out.push((mesh.clone(), reason));
                 more = 0;
             }

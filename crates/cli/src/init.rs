@@ -104,7 +104,7 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
                 count(meshes.len(), "mesh file")
             );
         }
-        say!("Next: `specula build`, or `specula preview` to look at it.");
+        say!("Next: `specula build`, or `specula preview` to see it.");
         return Exit::Success;
     }
     let environments = folder.join("assets").join("environments");
@@ -140,13 +140,15 @@ fn named(name: &str) -> Option<&'static Engine> {
 fn asked() -> String {
     if terminal::is_terminal() && std::io::stdin().is_terminal() {
         let names = ENGINES.iter().map(|engine| engine.name).collect::<Vec<_>>().join(", ");
-        say!("Which engine loads the light? One of {names}; nothing for {STARTER_ENGINE}:");
+        say!("Which engine loads the light? Type one of {names}, or nothing for {STARTER_ENGINE}:");
         let mut line = String::new();
         while std::io::stdin().read_line(&mut line).is_ok_and(|read| read > 0) {
             match line.trim() {
                 "" => break,
                 name if named(name).is_some() => return name.to_owned(),
-                name => say!("There is no engine {name}. One of {names}; nothing for {STARTER_ENGINE}:"),
+                name => {
+                    say!("There is no engine {name}. Type one of {names}, or nothing for {STARTER_ENGINE}:")
+                }
             }
             line.clear();
         }

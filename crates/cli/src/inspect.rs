@@ -63,7 +63,7 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
         };
         let Some(found) = picture::draw(file, drawn, place) else {
             let message = format!(
-                "{} is not a material: --picture draws materials and BRDF tables only",
+                "{} is not a material: --picture draws only materials and BRDF tables",
                 file.display()
             );
             let help = "name a material file, a measured BRDF, a BRDF table as safetensors, or one of these in \
@@ -120,7 +120,7 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
             vec![("what", "scene of lights".into()), ("format", "USD text".into()), ("lights", count.into())]
         }
         None if engine::stands_for_no_file(bytes) => {
-            vec![("what", "stands in for a declared file that its item does not export".into())]
+            vec![("what", "placeholder for a declared file that its item does not export".into())]
         }
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,

@@ -34,11 +34,9 @@ fn describe(pruned: &Pruned, dry_run: bool) -> String {
     let verb = if dry_run { "would remove" } else { "removed" };
     let mut text = String::new();
     removed.iter().for_each(|file| text += &format!("{verb} {file}\n"));
-    changed
-        .iter()
-        .for_each(|file| text += &format!("kept {file}: it has been changed since it was published\n"));
+    changed.iter().for_each(|file| text += &format!("kept {file}: it has changed since it was published\n"));
     text += &match (removed.len(), changed.len()) {
-        (0, 0) => "nothing to remove: the manifests here export every file that was published\n".to_owned(),
+        (0, 0) => "nothing to remove: the manifests here still export every published file\n".to_owned(),
         (removed, 0) => format!("{verb} {}\n", count(removed, "file")),
         (removed, kept) => format!("{verb} {}, kept {kept}\n", count(removed, "file")),
     };

@@ -188,7 +188,7 @@ fn layout_of(image: &Path) -> Result<Option<&'static str>, String> {
     match SHOWN.into_iter().find(|layout| layout.check(width, height).is_ok()) {
         Some(Layout::LatLong) => Ok(None),
         Some(Layout::Probe) if stages::is_face(&name) => {
-            Err("it is one face of a cube whose other faces are not there".into())
+            Err("it is one face of a cube, but the other faces are missing".into())
         }
         Some(layout) => Ok(Some(layout.name())),
         None => Err(format!("no layout of an environment has the shape {width} x {height}")),

@@ -66,7 +66,7 @@ pub(crate) fn shared_cache(
 
 /// All options, each with the value that counts.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(not(feature = "remote"), allow(dead_code, reason = "without a client nothing is done with them"))]
+#[cfg_attr(not(feature = "remote"), allow(dead_code, reason = "without a client they are not used"))]
 struct Options {
     cache: String,
     /// The address of the server that runs items; empty if they all run here.
@@ -156,8 +156,8 @@ fn connected(options: Options) -> Result<SharedCacheOptions, CommandError> {
         "this specula cannot use the shared cache {}: it was built without the feature `remote`",
         options.cache
     );
-    let help = "build it with `cargo install --path crates/cli --features remote`, or give --remote-cache= to build \
-                without";
+    let help = "build it with `cargo install --path crates/cli --features remote`, or set --remote-cache= to \
+                build without it";
     Err(CommandError::usage([message]).with_help(Some(help)))
 }
 

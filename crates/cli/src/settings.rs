@@ -138,7 +138,7 @@ fn read(file: &Path) -> Option<Vec<u8>> {
         Ok(bytes) => Some(bytes),
         Err(error) if nothing_can_be_there(error.kind()) => None,
         Err(error) => {
-            say!("warning: {} is not used, because it cannot be read: {error}", file.display());
+            say!("warning: {} is ignored, because it cannot be read: {error}", file.display());
             None
         }
     }

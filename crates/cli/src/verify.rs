@@ -52,7 +52,7 @@ fn unreadable(file: &Path, error: &io::Error) -> CommandError {
 /// The verdict on a file, which is printed first.
 fn verdict(found: &Verification) -> &'static str {
     match &found.content {
-        ContentState::Altered { .. } => "ALTERED: its bytes are not those that were published",
+        ContentState::Altered { .. } => "ALTERED: its bytes differ from the published ones",
         _ if matches!(found.recipe, RecipeState::Differs { .. }) => {
             "ALTERED: its recipe differs from its record"
         }
@@ -99,7 +99,7 @@ fn describe(found: &Verification) -> String {
         RecipeState::Differs { found, recorded } => {
             writeln!(text, "  recipe    in the file  {found}\n            recorded     {recorded}")
         }
-        RecipeState::Absent => writeln!(text, "  recipe    none in the file or beside it"),
+        RecipeState::Absent => writeln!(text, "  recipe    none in the file or next to it"),
     };
     // A path that did not exist then and does not exist now is not worth a line.
     let worth = |source: &&SourceFile| source.old.is_some() || source.new.is_some();
@@ -114,7 +114,7 @@ fn describe(found: &Verification) -> String {
     }
     for forgotten in &found.forgotten {
         let _ =
-            writeln!(text, "  unknown   {forgotten}: the record of the run whose result was used is gone");
+            writeln!(text, "  unknown   {forgotten}: the record of the run that made this result is gone");
     }
     if found.would_run {
         for first in &found.causes {

@@ -207,9 +207,9 @@ impl WatchReporter {
                 self.line(
                     "stopped",
                     &format!(
-                        "{item} was restarted again and again, because each of its builds changed {files}: something in \
-                         the build writes what it reads. It will be tried again in ten seconds, or when another file \
-                         changes."
+                        "{item} was restarted again and again, because each of its builds changed {files}: \
+                         something in the build writes files that it reads. It will be tried again in ten \
+                         seconds, or when another file changes."
                     ),
                 );
             }
@@ -451,7 +451,7 @@ fn in_words(change: &Change) -> String {
     };
     match change.what {
         Changed::Appeared if change.path == "." => format!("{path} is back"),
-        Changed::Changed if change.path == "." => format!("{path} was replaced by another one"),
+        Changed::Changed if change.path == "." => format!("{path} was replaced by another folder"),
         Changed::Appeared => format!("{path} is new"),
         Changed::Changed => format!("{path} changed"),
         Changed::Gone => format!("{path} is gone"),

@@ -362,10 +362,10 @@ fn runners<'a>(context: &'a RunContext<'a>, jobs: usize) -> Vec<Box<dyn Runner<'
 fn report_trouble(options: &SharedCacheOptions, events: &(dyn Fn(Event) + Sync)) -> Result<(), Error> {
     let Some(Trouble { message, is_lost }) = options.cache.trouble() else { return Ok(()) };
     if is_lost && options.is_required {
-        let help = "without --remote-required a build goes on without the cache";
+        let help = "without --remote-required a build continues without the cache";
         return Err(Error::new(ErrorKind::Io, message).with_help(help));
     }
-    let message = if is_lost { format!("{message}; the build goes on without it") } else { message };
+    let message = if is_lost { format!("{message}; the build continues without it") } else { message };
     events(Event::SharedCache { host: options.cache.host(), message });
     Ok(())
 }

@@ -106,14 +106,14 @@ pub enum Reason {
         old: Option<Digest>,
         /// The digest now; `null` if the file no longer exists.
         new: Option<Digest>,
-        /// When the file that the last run read had been modified, by its file system, if that was recorded.
+        /// When the version that the last run read was modified, by its file system, if that was recorded.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         old_time: Option<Timestamp>,
-        /// When the present file was modified, by its file system.
+        /// When the current version was modified, by its file system.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         new_time: Option<Timestamp>,
     },
-    /// PATH finds another file for a program that it runs.
+    /// PATH leads to another file for a program that it runs.
     Program {
         /// The program's name.
         name: String,
@@ -142,7 +142,7 @@ pub enum Reason {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "event", rename_all = "kebab-case")]
 pub enum Event {
-    /// The graph is loaded; this much may have to be done.
+    /// The graph is loaded; these stages and items may have to run.
     Planned {
         /// Whether this is a dry run: what follows is what a build would do.
         dry_run: bool,
@@ -173,8 +173,8 @@ pub enum Event {
         /// The shared cache in which its result was found; `null` if the cache of this folder has it.
         host: Option<String>,
     },
-    /// A server, that of the shared cache or of the workers, cannot be used, or not fully; the build goes on
-    /// without. Reported once for everything that followed from it.
+    /// The server of the shared cache or of the workers cannot be used, or only in part; the build
+    /// continues without it. Reported once for all consequences.
     SharedCache {
         /// The server.
         host: String,
@@ -187,26 +187,26 @@ pub enum Event {
         item: ItemName,
         /// Why: every difference from its last run.
         reasons: Vec<Reason>,
-        /// The server that lets another machine run it; `null` if it runs here. If it cannot run there, a
+        /// The server whose workers run it; `null` if it runs on this machine. If it cannot run there, a
         /// second such event without a server follows.
         host: Option<String>,
     },
-    /// An item still runs, and this share of its work is done. Reported of an item that runs for more than a
-    /// second, if it knows the share, and at most ten times a second.
+    /// An item is still running, and this share of its work is done. Reported at most ten times a second
+    /// for items that run for more than a second and know the share.
     Progress {
         /// The item.
         item: ItemName,
         /// The share of its work that is done, 0 to 1. It rises from one such event of an item to the next.
         share: f64,
     },
-    /// A worker spent time on an item, for drawing a timeline. The outcome is reported next.
+    /// A worker spent time on an item; use it to draw a timeline. The outcome is reported next.
     TaskTimed {
         /// The item.
         item: ItemName,
         /// What the worker did.
         work: Work,
-        /// The worker, counted from 0. While a worker waits for others to share its work it may take on
-        /// another item, whose time then lies within that of the first.
+        /// The worker, counted from 0. While a worker waits for others that share its work, it may run
+        /// another item, whose time is then within that of the first.
         worker: usize,
         /// When the work started, counted from the start of the build.
         start_milliseconds: f64,
@@ -274,12 +274,12 @@ pub enum Event {
         /// Why: what happened to the source or the stage that it was made from.
         because: RemovalCause,
     },
-    /// A folder has files that earlier builds published and that no manifest exports any more: a manifest
-    /// was renamed or deleted, or its `out` changed. They stay until `specula prune` removes them.
+    /// A folder has files that earlier builds published and no manifest exports any more, because a
+    /// manifest was renamed or deleted, or its `out` changed. They stay until `specula prune` removes them.
     Leftovers {
         /// The folder, relative to the manifest's.
         folder: String,
-        /// The number of those files that are as they were published.
+        /// The number of those files that have not changed since they were published.
         files: usize,
         /// The manifests that published them, by their names in the folder of `manifest`.
         published_by: Vec<String>,
@@ -288,12 +288,11 @@ pub enum Event {
     },
     /// The build ended.
     Ended(Summary),
-    /// The watcher watches: reported at the start, and whenever it changes between events and polling.
+    /// The watcher is running: reported at the start, and whenever it switches between events and polling.
     Watching {
         /// The number of folders that it watches.
         folders: usize,
-        /// The time between two looks at the files, if it polls because it was asked to or because events do
-        /// not arrive.
+        /// The interval of polling, if it polls because it was asked to or because events do not arrive.
         poll_milliseconds: Option<f64>,
         /// Why it polls: the folder from which no event arrived, and what was tried.
         because: Option<String>,
@@ -305,27 +304,27 @@ pub enum Event {
         /// The time since the first of the changes.
         milliseconds: f64,
     },
-    /// More than ten builds in ten seconds followed each other because of changes that they made
-    /// themselves: a program that a stage runs writes what the graph reads, or a file of `out` is a
-    /// source by another name. Nothing is built because of such changes any more. Building goes on with
-    /// the next other change.
+    /// More than ten builds in ten seconds triggered each other by their own changes: a program that a
+    /// stage runs writes files that the graph reads, or a file in `out` is also a source under another
+    /// name. Such changes no longer start builds. Building continues with the next other change.
     RebuildLoop {
         /// The item with which the last of them began.
         item: ItemName,
         /// The files that changed last.
         files: Vec<String>,
     },
-    /// The manifest, or a file that it names, has errors. A build ends with that; a watcher still uses the
-    /// last valid manifest, and reports the same errors once, and again if they are all that a change led to.
+    /// The manifest, or a file that it names, has errors. This ends a build; a watcher keeps using the last
+    /// valid manifest. It reports the same errors only once, and again if they are the only result of a
+    /// change.
     Rejected {
         /// The first 50 errors, and the number of further ones.
         diagnostics: Diagnostics,
     },
     /// The manifest and the files that it names are valid again after they were rejected.
     Accepted,
-    /// The build as a whole cannot go on: a disk is full, a folder cannot be written, an option is not valid.
-    /// A build ends with that; a watcher tries again after a pause and at the next change, and reports the
-    /// same error once, and again if it is the answer to a change.
+    /// The build as a whole cannot continue: a disk is full, a folder cannot be written, or an option is
+    /// not valid. This ends a build; a watcher tries again after a pause and at the next change. It reports
+    /// the same error only once, and again if it is the result of a change.
     BuildError {
         /// What happened, then its causes.
         error: Vec<String>,
@@ -379,11 +378,11 @@ pub enum RemovalCause {
         /// The source, relative to the manifest's folder if it is inside.
         path: String,
     },
-    /// A source has another name now.
+    /// A source now has another name.
     SourceRenamed {
         /// The source, relative to the manifest's folder if it is inside.
         path: String,
-        /// Its present name, relative to the manifest's folder if it is inside.
+        /// Its current name, relative to the manifest's folder if it is inside.
         to: String,
     },
     /// A file is no longer a source of a stage.
@@ -458,7 +457,7 @@ pub struct Summary {
     pub published: usize,
     /// Files that were removed.
     pub removed: usize,
-    /// Whether it was stopped before it was done, or left out an item whose file is being written.
+    /// Whether it stopped before the end, or left out an item whose file is still being written.
     pub cancelled: bool,
     /// How long it took.
     pub milliseconds: f64,

@@ -318,7 +318,7 @@ fn unreadable(manifest: &Path, error: &std::io::Error) -> Diagnostic {
     let is_denied = error.kind() == std::io::ErrorKind::PermissionDenied;
     let error = Diagnostic::of_file(format!("cannot read the manifest: {error}"));
     if is_denied {
-        return error.help("check the permissions of the file and of the folders around it");
+        return error.help("check the permissions of the file and its folders");
     }
     let folder = manifest.parent().unwrap_or(manifest);
     let names: Vec<_> = DiskFolders.list(folder).unwrap_or_default();

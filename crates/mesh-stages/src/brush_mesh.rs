@@ -1,4 +1,4 @@
-//! Brushes a mesh: sets the direction in which an anisotropic material is stretched, its tangents.
+//! Brushes a mesh: sets its tangents, the direction in which an anisotropic material is stretched.
 //!
 //! ```toml
 //! [stage.brushed]
@@ -7,15 +7,16 @@
 //! vector = [0, 0, 1]
 //! ```
 //!
-//! `roughness_x` and `exponent_x` of a material are along the tangent, which a file defines for its textures.
-//! With `vector` the tangent of each vertex is that vector projected into the surface, T = b - N (N.b),
-//! normalised (Kautz, Sloan and Snyder 2002, section 6). `turn` then turns it about the normal: to cos(a) T +
-//! sin(a) B, B = w (N x T), w the sign of the mesh's tangent. Without `vector` the mesh's own tangents are
-//! turned.
+//! `roughness_x` and `exponent_x` of a material are along the tangent, which mesh files define for their
+//! textures. With `vector` the tangent of each vertex is that vector b projected into the surface, T = b -
+//! N (N.b), normalised (Kautz, Sloan and Snyder 2002, section 6). Then `turn` turns it about the normal to
+//! cos(a) T + sin(a) B, with B = w (N x T) and w the sign of the mesh's tangent. Without `vector`, `turn`
+//! turns the mesh's own tangents.
 //!
-//! `gltf` names a file whose material has `KHR_materials_anisotropy`: its rotation, and the direction in its
-//! texture at the mesh's texture coordinates, turn the tangents before `turn` does (anticlockwise from the
-//! tangent toward the bitangent, as glTF says). Its strength is not read: roughness is the material's.
+//! `gltf` names a file whose material has `KHR_materials_anisotropy`: its rotation, and the direction in
+//! its texture at the mesh's texture coordinates, turn the tangents before `turn` does (anticlockwise from
+//! the tangent toward the bitangent, as glTF says). Its strength is not read, because roughness belongs to
+//! the material.
 //!
 //! ```toml
 //! [stage.brushed]
@@ -25,9 +26,9 @@
 //! material = "vinyl"
 //! ```
 //!
-//! Where the vector is parallel to the normal it has no direction in the surface; there the mesh's own
-//! tangent stays, and a warning counts those vertices. Put this stage before `precompute-transfer` and
-//! `shade-vertices`, both of which take the frames of the mesh that arrives.
+//! At vertices whose normal is parallel to the vector, it has no direction in the surface; there the mesh's
+//! own tangent stays, and a warning counts these vertices. Put this stage before `precompute-transfer` and
+//! `shade-vertices`, which both use the frames of their input mesh.
 
 use std::path::Path;
 
@@ -44,9 +45,9 @@ parameters! {
         vector: Option<Vector> = None,
         /// The turn about the normal, in degrees.
         turn: f64 = 0.0,
-        /// A glTF file, relative to the manifest, whose material says how the tangents are turned.
+        /// A glTF file, relative to the manifest, with a material that says how to turn the tangents.
         gltf: Option<String> = None,
-        /// The material of that file. Default: the only one.
+        /// The material in that file. Default: the only one.
         material: Option<ChosenMaterial> = None,
     }
 }
@@ -71,7 +72,7 @@ impl Kind for BrushMesh {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match (&parameters.gltf, &parameters.material) {
-            (None, Some(_)) => vec![("material", "needs the file that it is in: gltf = \"...\"".into())],
+            (None, Some(_)) => vec![("material", "also needs the file: gltf = \"...\"".into())],
             _ => Vec::new(),
         }
     }
@@ -109,13 +110,13 @@ fn turns(
     let mut beside = |other: &str| context.files.read(&folder.join(other));
     let choice = material.map(|ChosenMaterial(choice)| choice);
     let anisotropy: Anisotropy = read_gltf_anisotropy(&bytes, choice, &mut beside)
-        .map_err(|failure: Failure| failure.context(format!("cannot brush by {file}")))?;
+        .map_err(|failure: Failure| failure.context(format!("cannot brush with {file}")))?;
     anisotropy.warnings.iter().for_each(|warning| context.reporter.warn(format!("{file}: {warning}")));
     let vertices = mesh.positions().len();
     match mesh.coordinates() {
         Some(coordinates) => Ok(coordinates.iter().map(|place| anisotropy.angle(*place)).collect()),
         None if anisotropy.has_texture() => Err(Failure::new(format!(
-            "the mesh has no texture coordinates, and the material of {file} needs them"
+            "the mesh has no texture coordinates, but the material of {file} needs them"
         ))
         .help("use `vector` and `turn`, or a mesh with coordinates")),
         None => Ok(vec![anisotropy.angle([0.0; 2]); vertices]),

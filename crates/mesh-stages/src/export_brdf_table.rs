@@ -8,20 +8,20 @@
 //! path = "{material}/table"
 //! ```
 //!
-//! The manual of `tabulate-brdf` says what they are and where each view's texel lies. To shade a point: turn
-//! the light's coefficients into its frame (x, y the tangents, z the normal), look the table up at the view
-//! in that frame, and sum the products of both, row by row. The same numbers serve all points of a mesh.
+//! The manual of `tabulate-brdf` explains them and the layout of the views. To shade a point, rotate the
+//! light's coefficients into its frame (x, y the tangents, z the normal), look up the table at the view in
+//! that frame, and sum the products of both, row by row. The same numbers serve all points of a mesh.
 //!
 //! | `format` | the file holds |
 //! | --- | --- |
-//! | `safetensors` | tensor `c` [Q, N, N, (F+1)^2, channels], 32-bit, one channel if the material is grey, else RGB; Q counts materials |
-//! | `ktx2` | an array of 2D images with four coefficients a layer, in R, G, B and A: rows 0 to 3, then 4 to 7 and so on, zeros after the last; for an RGB table all layers of red, then green, then blue; the next material after that |
+//! | `safetensors` | tensor `c` [Q, N, N, (F+1)^2, channels], 32-bit, one channel if the material is grey, else RGB; Q is the number of materials |
+//! | `ktx2` | an array of 2D images with four coefficients per layer, in R, G, B and A: rows 0 to 3, then 4 to 7 and so on, zeros after the last; for an RGB table all layers of red, then green, then blue; then the next material |
 //! | `exr` | a layer for each row, RGB: `l0m0` without a name, then `l1mm1` (l = 1, m = -1), `l1m0`, `l1m1` and so on; those of a second material begin with `q1` |
 //!
-//! Row l*l + l + m is the real orthonormal harmonic Y_lm without the Condon-Shortley phase. Entries of the
-//! metadata repeat all of this: `frame`, `basis`, `degree`, `channels`, `below` (which texel a view from
-//! below the horizon takes) and `incident` (`hemisphere`, or `sphere` if light from below the horizon is
-//! reflected), with `specula.` before them in KTX2 and OpenEXR. Hardware may filter the layers bilinearly;
+//! Row l*l + l + m is the real orthonormal harmonic Y_lm without the Condon-Shortley phase. The metadata of
+//! the file repeat all of this: `frame`, `basis`, `degree`, `channels`, `below` (which texel a view from
+//! below the horizon uses) and `incident` (`hemisphere`, or `sphere` if light from below the horizon is
+//! reflected), with the prefix `specula.` in KTX2 and OpenEXR. Hardware can filter the layers bilinearly;
 //! clamp at the edges.
 //!
 //! ```glsl

@@ -1,5 +1,5 @@
-//! Writes a mesh as a binary glTF, with what was computed at its vertices as attributes: in a file of its
-//! own, or in the asset that it was imported from.
+//! Writes a mesh as a binary glTF, with the values computed at its vertices as attributes: as a new file,
+//! or as a copy of the asset that it was imported from.
 //!
 //! ```toml
 //! [stage.glb]
@@ -8,21 +8,21 @@
 //! path = "{environment}/knot"
 //! ```
 //!
-//! | input | attributes | what they hold |
+//! | input | attributes | content |
 //! | --- | --- | --- |
 //! | `radiance` | `COLOR_0` VEC3 | the radiance, exposed, clamped to 0 to 1, linear; viewers show it as it is |
 //! | | `_RADIANCE` VEC3 | the radiance itself, signed, in the unit of the light |
 //! | `transfer`, `matte` | `_TRANSFER_0` to `_TRANSFER_6` VEC4 | t_j: component j % 4 of attribute j / 4; zeros after the last |
-//! | `transfer`, with `matrices` | `_TRANSFER_X` and `_TRANSFER_Z` VEC4 | two axes of the vertex' frame; then the column and the row of its first texel |
+//! | `transfer`, with `matrices` | `_TRANSFER_X` and `_TRANSFER_Z` VEC4 | two axes of the vertex's frame; then the column and the row of its first texel |
 //! | `lighting` | `_SH_DEGREE_l_COEF_n` VEC3 | the light's coefficients at the vertex, m = n - l |
 //!
-//! All numbers are 32-bit floats. Attributes with an underscore have the width of the widest of them, with
-//! zeros in what they lack: Blender before 5.1 reads no mixture of widths.
+//! All numbers are 32-bit floats. Attributes with an underscore all have the width of the widest of them,
+//! padded with zeros, because Blender before 5.1 cannot read a mixture of widths.
 //!
 //! `radiance` comes from `shade-vertices`, `transfer` from `precompute-transfer`; both must be of this mesh.
-//! Without any of them the mesh alone is written, tangents included, with a matte white material.
+//! Without any of them only the mesh is written, including tangents, with a matte white material.
 //!
-//! ## The asset that came in
+//! ## The original asset
 //!
 //! With `gltf`, the file that the mesh was imported from, the attributes are added to the primitives of that
 //! file:
@@ -36,16 +36,17 @@
 //! ```
 //!
 //! Nodes, names, materials, textures, animations, skins, morph targets and extensions stay as they are, and
-//! so do the numbers of the asset, byte for byte. Buffers and pictures beside a `.gltf` become part of the
-//! `.glb`. Attributes of the same names are replaced, with a warning. The mesh must be the whole of the file,
-//! as `import-mesh` reads it; `brush-mesh` may have turned its tangents.
+//! so do the numbers of the asset, byte for byte. Buffers and pictures next to a `.gltf` become part of the
+//! `.glb`. Attributes with the same names are replaced, with a warning. The mesh must be the whole file, as
+//! `import-mesh` reads it; `brush-mesh` may have turned its tangents.
 //!
-//! - A vertex of the asset that is several here gets their mean: the corners of triangles if the asset has no
-//!   normals, or a vertex for which several tangents were made. A warning says how many differ, and by how
-//!   much.
-//! - If several nodes show one mesh, each after the first gets a copy of it, with the same positions and
-//!   attributes of its own. Instances (`EXT_mesh_gpu_instancing`) cannot have them: they are an error.
-//! - What moves was computed at rest: `import-mesh` says how.
+//! - If a vertex of the asset became several vertices (the corners of triangles if the asset has no
+//!   normals, or a vertex with several computed tangents), it gets their mean. A warning says how many of
+//!   them differ, and by how much.
+//! - If several nodes use one mesh, each after the first gets a copy with the same positions and its own
+//!   attributes. Instances (`EXT_mesh_gpu_instancing`) cannot have attributes of their own, so they are an
+//!   error.
+//! - The values of animated meshes were computed in the rest pose, as `import-mesh` describes.
 //! - `COLOR_0` is not written, because the asset's materials would multiply their base colour by it:
 //!   `_RADIANCE` holds the same, and `exposure` and `environment` do not matter.
 //!
@@ -55,9 +56,9 @@
 //!
 //! > albedo times the sum over j of t_j L_j
 //!
-//! is the radiance of a matte surface at that vertex, with the shadows of the mesh, and the light that it
-//! reflects onto itself if that was baked. docs/relighting.md has the shader for three.js, Unity and Unreal.
-//! If red, green and blue have a transfer each, the names are `_RED_TRANSFER_0`, `_GREEN_TRANSFER_0` and so
+//! is the radiance of a matte surface at that vertex, with the shadows of the mesh, and with
+//! interreflection if that was baked. docs/relighting.md has the shader for three.js, Unity and Unreal. If
+//! red, green and blue each have a transfer, the names are `_RED_TRANSFER_0`, `_GREEN_TRANSFER_0` and so
 //! on. `precompute-transfer` makes vectors with `form = "matte"`.
 //!
 //! ## Matrices
@@ -72,54 +73,55 @@
 //! path = "{mesh}"                      # {mesh}/mesh.glb and {mesh}/matrices.ktx2
 //! ```
 //!
-//! `matrices.ktx2` is a texture RGBA16F, or RGBA32F with `"float"`, which `extras` of the mesh name as
-//! `matrices`. A vertex has a run of texels in one row of the texture, from the column on that is the fourth
-//! number of `_TRANSFER_X`, in the row that is that of `_TRANSFER_Z`. Four entries are in a texel: T_0,0 to
-//! T_0,3, then T_0,4 to T_0,7 and so on, with zeros after the last of a row of the matrix; then row 1. If
-//! red, green and blue have a transfer each, all rows of green follow those of red. With the coefficients L_j
-//! of a light, and c_i(v) of `export-brdf-table` at the view v in the frame of the vertex,
+//! `matrices.ktx2` is an RGBA16F texture, or RGBA32F with `"float"`, named as `matrices` in the `extras` of
+//! the mesh. A vertex has a run of texels in one row of the texture. The fourth number of `_TRANSFER_X` is
+//! the column where it begins, and that of `_TRANSFER_Z` its row. A texel has four entries: T_0,0 to T_0,3,
+//! then T_0,4 to T_0,7 and so on, with zeros after the last of a row of the matrix; then row 1 follows. If
+//! red, green and blue each have a transfer, all rows of green follow those of red. With the coefficients
+//! L_j of a light, and c_i(v) of `export-brdf-table` at the view v in the frame of the vertex,
 //!
 //! > the sum over i of c_i(v) times the sum over j of T_ij L_j
 //!
-//! is the radiance toward v, as `shade-vertices` has it. The matrices end in the frame of the vertex, so that
-//! only the view is to be turned. Its axes x, the tangent, and z, the normal, are the first three numbers of
-//! `_TRANSFER_X` and `_TRANSFER_Z`, in the axes of the scene, wherever nodes put the mesh; y = z x x.
-//! docs/relighting.md has the shader for three.js.
+//! is the radiance toward v, as `shade-vertices` computes it. The matrices convert light to the frame of
+//! the vertex, so a shader rotates only the view. The axes x, the tangent, and z, the normal, of this frame
+//! are the first three numbers of `_TRANSFER_X` and `_TRANSFER_Z`, in the axes of the scene, wherever nodes
+//! put the mesh; y = z x x. docs/relighting.md has the shader for three.js.
 //!
-//! Halves are what `precompute-transfer` stores, so that `"half"` loses nothing of `form = "matrices"`; of
-//! `visibility`, whose matrices are made here, it rounds each entry by at most 2.4e-4 of itself. At degree 4
-//! a vertex has 175 texels: 1.4 kB in halves. The texture has at most 4096 columns and 8192 rows: that is
-//! 188,416 vertices, or 57,344 if red, green and blue have a transfer each. With `gltf`, a vertex of the
-//! asset that is several here is an error: give the asset normals and tangents.
+//! `precompute-transfer` stores halves, so `"half"` loses nothing of `form = "matrices"`. The matrices of
+//! `visibility` are made here, and `"half"` rounds each entry by at most 2.4e-4 of itself. At degree 4 a
+//! vertex has 175 texels: 1.4 kB in halves. The texture has at most 4096 columns and 8192 rows, enough for
+//! 188,416 vertices, or 57,344 if red, green and blue each have a transfer. With `gltf`, it is an error if
+//! a vertex of the asset became several vertices: give the asset normals and tangents.
 //!
 //! ## Light at the vertices
 //!
-//! `lighting` is written for each vertex in the frame of the mesh, not in that of the vertex, so that a
-//! shader can evaluate it with a normal or a reflection vector:
+//! `lighting` is written for each vertex in the frame of the mesh, not of the vertex, so that a shader can
+//! evaluate it with a normal or a reflection vector:
 //!
-//! - with a transfer of matrices (any form but `matte`): what arrives at the vertex past the mesh, T L turned
-//!   back to the mesh's frame;
-//! - with a `matte` transfer, or none: the light itself, without the shadows of the mesh, which the vectors
-//!   t_j hold.
+//! - with a transfer of matrices (any form but `matte`): the light that reaches the vertex, with the
+//!   shadows of the mesh: T L rotated back to the mesh's frame;
+//! - with a `matte` transfer, or none: the light itself, without the shadows of the mesh, which are in the
+//!   vectors t_j.
 //!
-//! A `light-field` gives each vertex the light of its place. Suns and lamps are part of the coefficients.
-//! `degree` cuts them, as every series is cut: near a lamp they ring below zero.
+//! A `light-field` gives each vertex the light at its position. Suns and lamps are part of the
+//! coefficients. `degree` truncates them, so near a lamp they ring below zero, as every truncated series
+//! does.
 //!
 //! ## Coefficients
 //!
-//! Positions, normals and tangents are in the frame of glTF, +Y up. Coefficients are not turned: row
-//! l*l + l + m is the real orthonormal harmonic, without the Condon-Shortley phase, of Specula's (x, y, z),
-//! which is (z, x, y) of the file. So they go with the files of `export-sh`, and a turn about the vertical is
-//! one about their polar axis. (The attributes of `KHR_gaussian_splatting` with similar names have the phase,
-//! and z of the file as their axis.) `extras` of the mesh repeat this.
+//! Positions, normals and tangents are in the frame of glTF, +Y up. Coefficients are not rotated: row l*l +
+//! l + m is the real orthonormal harmonic, without the Condon-Shortley phase, of Specula's (x, y, z), which
+//! is (z, x, y) of the file. So they match the files of `export-sh`, and a rotation about the vertical is
+//! one about their polar axis. (The attributes of `KHR_gaussian_splatting` with similar names have the
+//! phase, and z of the file as their axis.) `extras` of the mesh repeat this.
 //!
 //! ## Exposure
 //!
-//! With `radiance` the material is `KHR_materials_unlit`: viewers show `COLOR_0` and add no light. It is the
-//! radiance times 2 to the power of `exposure`. With `environment` connected, an environment or a lighting,
-//! `exposure` is relative to that of its pictures, as in `preview` and `contact-sheet`. There is no tone
-//! curve. A note says how many numbers are clamped, or a warning if they are more than 1 % of all;
-//! `_RADIANCE` keeps them all.
+//! With `radiance` the material is `KHR_materials_unlit`: viewers show `COLOR_0` and add no light. It is
+//! the radiance times 2 to the power of `exposure`. With `environment` connected, an environment or a
+//! lighting, `exposure` is relative to the exposure of pictures under it, as in `preview` and
+//! `contact-sheet`. There is no tone curve. A note says how many numbers are clamped, or a warning if they
+//! are more than 1 % of all; `_RADIANCE` keeps them all.
 //!
 //! ## Files
 //!
@@ -166,18 +168,19 @@ impl Matrices {
 parameters! {
     /// Parameters of `export-gltf`.
     pub(crate) struct Parameters {
-        /// The glTF file that the mesh was imported from, relative to the manifest: its materials, textures
-        /// and nodes are kept. `{STAGE}` stands for the name of the item's file of a source stage.
+        /// The glTF file that the mesh was imported from, relative to the manifest; the export keeps its
+        /// materials, textures and nodes. `{STAGE}` stands for the name of the item's file of a source
+        /// stage.
         gltf: Option<String> = None,
-        /// Stops by which radiance is multiplied for `COLOR_0`; with `environment`, how many more than for
-        /// its pictures.
+        /// Stops by which radiance is multiplied for `COLOR_0`; with `environment`, relative to the
+        /// exposure of its pictures.
         #[range(STOPS)]
         exposure: f64 = 0.0,
-        /// With `lighting`: the highest l that is written, of those that the light has.
+        /// With `lighting`: the highest l that is written, if the light has it.
         #[range(0..=8)]
         degree: usize = 4,
-        /// Whether the matrices of the transfer are written into a texture beside the file, and whether that
-        /// has 16-bit or 32-bit numbers; see Matrices.
+        /// Whether the matrices of the transfer are written into a texture next to the file, with 16-bit or
+        /// 32-bit numbers; see Matrices.
         matrices: Matrices = Matrices::None,
     }
 }
@@ -263,9 +266,9 @@ impl Kind for ExportGltf {
         let light = vertex_light(&context.inputs)?;
         let texture = matrices(parameters, mesh, transfer, context.recipe())?;
         if transfer.is_some() && vectors.is_none() && light.is_none() && texture.is_none() {
-            return Err(Failure::new("the transfer is not matte, and matrices are not written").help(
-                "matrices = \"half\" writes them as a texture; or bake the transfer with form = \"matte\", or connect \
-                 `lighting`: what arrives past the mesh is written",
+            return Err(Failure::new("the transfer is not matte, so it has no vectors to write").help(
+                "set matrices = \"half\" to write its matrices as a texture, bake the transfer with form = \
+                 \"matte\", or connect `lighting` to write the light that reaches the vertices",
             ));
         }
         if transfer.is_some() || light.is_some() {
@@ -302,7 +305,7 @@ fn matrices(
 ) -> Result<Option<MatrixTexture>, Failure> {
     let Some(precision) = parameters.matrices.precision() else { return Ok(None) };
     let Some(transfer) = transfer else {
-        return Err(Failure::new("`matrices` needs a transfer, and none is connected")
+        return Err(Failure::new("`matrices` needs a transfer, but none is connected")
             .help("inputs = { mesh = \"mesh\", transfer = \"transfer\" }"));
     };
     matrix_texture(transfer, &Frames::of(mesh)?, precision, recipe).map(Some)
@@ -325,7 +328,8 @@ fn into_asset(
     let written = write_into_gltf(&bytes, mesh, attributes, text, &mut beside);
     let written = written.map_err(|failure: Failure| failure.context(format!("cannot write into {file}")))?;
     if name_texels && written.means > 0 {
-        let message = format!("{} vertices of {file} are several here, with a matrix each", written.means);
+        let message =
+            format!("{} vertices of {file} became several vertices, each with its own matrix", written.means);
         return Err(Failure::new(message).help("give the asset normals and tangents, or leave out `gltf`"));
     }
     written.notes.into_iter().for_each(|note| context.reporter.note(note));
@@ -344,11 +348,11 @@ fn of_item(name: &str, key: Option<&ItemKey>) -> Result<String, Failure> {
             let known: Vec<String> =
                 key.into_iter().flat_map(ItemKey::iter).map(|(stage, _)| format!("{{{stage}}}")).collect();
             let help = match known.is_empty() {
-                true => "the items of this stage have no names: write the file's".to_owned(),
+                true => "the items of this stage have no names: write the name of the file".to_owned(),
                 false => format!("expected one of: {}", known.join(", ")),
             };
             Failure::new(format!(
-                "gltf = {name:?} names {{{stage}}}, and no source stage above has that name"
+                "gltf = {name:?} names {{{stage}}}, but this stage depends on no source stage with that name"
             ))
             .help(help)
         })?;
@@ -377,8 +381,8 @@ fn check_mesh(what: &str, kind: &str, of: &str, mesh: &str) -> Result<(), Failur
     if of == mesh {
         return Ok(());
     }
-    let help = format!("connect the mesh that {kind} was given, tangents included");
-    Err(Failure::new(format!("the {what} is of another mesh")).help(help))
+    let help = format!("connect the mesh that {kind} used, including its tangents");
+    Err(Failure::new(format!("the {what} belongs to another mesh")).help(help))
 }
 
 /// The stops of `COLOR_0`.
@@ -398,7 +402,8 @@ fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> VertexAttr
     if below + above > 0 {
         let of = exposed.len();
         let what = format!(
-            "the numbers of COLOR_0 are clamped: {below} of {of} from below 0, which turn black, {above} from above 1"
+            "the numbers of COLOR_0 are clamped: {below} of {of} were below 0 and turn black, {above} were \
+             above 1"
         );
         let help = match above {
             0 => "read _RADIANCE, which keeps them all",
@@ -467,7 +472,7 @@ fn light_at_vertices(
         Some(transfer) => {
             let frames = Frames::of(mesh)?;
             let matrices = transfer.matrices(&frames);
-            let matrices = matrices.ok_or_else(|| Failure::new("the transfer is of another mesh"))?;
+            let matrices = matrices.ok_or_else(|| Failure::new("the transfer belongs to another mesh"))?;
             match light {
                 VertexLight::Distant(light) => arriving(&frames, &matrices, light),
                 VertexLight::Near(field) => field.arriving(&frames, &matrices),

@@ -1,4 +1,4 @@
-//! Reads a mesh: the triangles of a glTF file, with a normal and a tangent at every vertex.
+//! Reads a mesh, the triangles of a glTF file with a normal and a tangent at every vertex.
 //!
 //! ```toml
 //! [stage.mesh]
@@ -6,31 +6,31 @@
 //! source = "assets/meshes/*.{gltf,glb}"
 //! ```
 //!
-//! `source` names glTF 2.0 files, `.gltf` or `.glb`. A glob gives one item per file. Buffers in files beside
-//! a `.gltf` file are part of the mesh: the item is rerun when one of them changes.
+//! `source` names glTF 2.0 files, `.gltf` or `.glb`. A glob gives one item per file. Buffer files of a
+//! `.gltf` file are part of the mesh: the item reruns when one of them changes.
 //!
 //! All meshes of the default scene (lists, strips and fans of triangles) become one mesh, placed by their
-//! nodes. Points and lines are skipped. The mesh is turned from the file's frame (+Y up) into Specula's: the
-//! front of a model, which is +Z in the file, looks along +X, toward a preview's camera at yaw 0.
+//! nodes. Points and lines are skipped. The mesh is converted from the file's frame (+Y up) to Specula's:
+//! the front of a model, which is +Z in the file, looks along +X, toward the camera of a preview at yaw 0.
 //!
 //! | missing in the file | what Specula does |
 //! | --- | --- |
-//! | normals | every triangle is flat, as the glTF specification requires; tangents of the file are then ignored |
-//! | tangents | computed by MikkTSpace from the coordinates of the normal texture; without coordinates they point east (Z x N, Z being the mesh's own before a node turns it) |
+//! | normals | every triangle is flat, as the glTF specification requires; tangents in the file are then ignored |
+//! | tangents | computed by MikkTSpace from the coordinates of the normal texture; without coordinates they point east (Z x N, with the Z axis of the mesh before a node turns it) |
 //!
 //! Animated meshes are read in their rest pose: a skinned mesh is placed by the joints of its skin, not by
-//! its own node. Animations, morph targets, cameras and lights are ignored. Of materials, the mesh keeps
-//! which triangles have which, by the names in the file: `specula preview` shows each in its own if the
-//! manifest imports the materials of the same file. How a surface looks comes from `import-material`.
-//! `export-gltf` with `gltf` writes into the file itself, and keeps all of it. Notes name morph targets,
-//! vertex colours and further sets of texture coordinates that are left out. `KHR_mesh_quantization`,
-//! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places) are supported. A file that
-//! requires another extension is an error that names it (`KHR_draco_mesh_compression`), unless it concerns
-//! materials, textures, lights or animations only. At most 4,194,304 triangles are read, each instance
-//! counted.
+//! its own node. Animations, morph targets, cameras and lights are ignored. The mesh records only the name
+//! of each triangle's material: `specula preview` shows each triangle with its own material if the manifest
+//! imports the materials of the same file. The look of a surface comes from `import-material`.
+//! `export-gltf` with `gltf` writes into a copy of the file, and keeps everything in it. Notes name morph
+//! targets, vertex colours and further sets of texture coordinates that are left out.
+//! `KHR_mesh_quantization`, `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing` (a mesh at many places)
+//! are supported. If a file requires another extension, the error names it (`KHR_draco_mesh_compression`),
+//! unless it only concerns materials, textures, lights or animations. At most 4,194,304 triangles are read,
+//! counting each instance.
 //!
-//! Buffers may lie in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires,
-//! or as they are on the disk.
+//! Buffers can be in other folders (`../buffers/a.bin`). Their names are percent-encoded, as glTF requires,
+//! or exactly as on the disk.
 
 use std::io::{Seek as _, SeekFrom};
 use std::path::Path;
@@ -39,7 +39,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters
 use stages::artifacts;
 
 parameters! {
-    /// `import-mesh` has no parameters: the file says everything about a mesh.
+    /// `import-mesh` has no parameters: everything about a mesh is in its file.
     pub(crate) struct Parameters {}
 }
 

@@ -1,5 +1,5 @@
-//! Bakes the shadows that a mesh casts onto itself, and the light that it reflects onto itself, for every
-//! light at once: a transfer matrix for each vertex.
+//! Bakes the shadows that a mesh casts on itself, and the light that it reflects onto itself, for every
+//! light at once, as a transfer matrix for each vertex.
 //!
 //! ```toml
 //! [stage.transfer]
@@ -16,55 +16,55 @@
 //!
 //! > T_ij = integral over s of V(s) Y_i(R_p s) Y_j(s)
 //!
-//! (Kautz, Sloan and Snyder 2002, section 5), with V = 1 where the vertex sees the sky, and R_p the rotation
-//! into its frame, whose rows are the tangent x, y = N x x, and the normal N. T times the coefficients of a
-//! light is what arrives at the vertex, in its own frame. The material is not part of it: a new material, or
-//! a new light, casts no ray.
+//! (Kautz, Sloan and Snyder 2002, section 5), with V = 1 in directions in which the vertex sees the sky,
+//! and R_p the rotation into its frame, whose rows are the tangent x, y = N x x, and the normal N. T times
+//! the coefficients of a light is the light that reaches the vertex, in its own frame. The material is not
+//! part of T, so a new material or a new light needs no rays.
 //!
-//! Rays start a little above the vertex and are blocked by triangles from either side. Below the vertex' own
-//! horizon V is 1, always: materials reflect nothing from there. So an open vertex has T = R_p, and shading
-//! with and without transfer agree, except for what the form rounds. The exceptions are `phong` and
-//! `kajiya-kay`, which do reflect light from below the horizon; there it is not shadowed.
+//! Rays start a little above the vertex and are blocked by triangles from either side. Below the vertex's
+//! own horizon V is always 1, because materials reflect nothing from there. So an unoccluded vertex has T =
+//! R_p, and shading with and without transfer agree, except for rounding. The exceptions are `phong` and
+//! `kajiya-kay`, which do reflect light from below the horizon; that light is not shadowed.
 //!
 //! ## Interreflection
 //!
-//! With `bounces = n` and a `material`, T also holds the light that reaches the vertex by way of 1 to n other
+//! With `bounces = n` and a `material`, T also includes the light that reaches the vertex via 1 to n other
 //! places of the mesh:
 //!
 //! > T_ij += integral over the blocked s of Y_i(R_p s) times the radiance under Y_j, toward the vertex, of
-//! > what blocks s
+//! > the surface that blocks s
 //!
-//! That radiance is by the material of the place that is hit, in its own frames, and blended between the
-//! corners of the triangle; back faces are black. The material is then part of the result: a new one needs a
-//! new bake. `material` takes a table of `tabulate-brdf` too, also one of several materials, with a `blend`
-//! of `vertex-blend` that says which is where. If it has colours, red, green and blue have a transfer each.
-//! Matte rooms are right to 1 percent; glossy corners to 7 percent of the radiance at O = 4, and 1 percent
-//! at O = 6. Where all is matte, bounces cost little.
+//! The material of the surface that is hit gives that radiance, in its own frames, blended between the
+//! corners of the triangle; back faces are black. The material is then part of the result, so a new one
+//! needs a new bake. `material` also takes a table of `tabulate-brdf`, even one of several materials with a
+//! `blend` of `vertex-blend` that says which material is where. If it has colours, red, green and blue each
+//! have a transfer. Matte rooms are accurate to 1 percent; glossy corners to 7 percent of the radiance at O
+//! = 4, and 1 percent at O = 6. If everything is matte, bounces cost little.
 //!
 //! ## Degrees
 //!
-//! `degree` is F, that of the light. `output-degree` is O, that of the light that arrives: shadows have
-//! edges, which a glossy material shows. Against the shadowed radiance itself, the RMS error of brushed metal
-//! next to a sphere is 1.1 % at O = 4, 0.6 % at 6 and 0.15 % at 8. The table of the material should have the
-//! degree O.
+//! `degree` is F, the degree of the environment. `output-degree` is O, the degree of the light that
+//! arrives: shadows have edges, which glossy materials show. Compared with exact shadowed radiance, the RMS
+//! error of brushed metal next to a sphere is 1.1 % at O = 4, 0.6 % at 6 and 0.15 % at 8. The table of the
+//! material should have the degree O.
 //!
-//! The directions are points of a spiral, with weights that integrate products of harmonics exactly. Next to
-//! a sphere, entries of T are within 0.005 with 4,096 of them and within 0.0015 with 16,384. The build warns
-//! if vertices see nothing of the sky: they are inside the mesh, or its triangles face inward.
+//! The directions are points of a spiral, with weights that integrate products of harmonics exactly. Next
+//! to a sphere, entries of T are within 0.005 with 4,096 of them and within 0.0015 with 16,384. The build
+//! warns if vertices do not see the sky at all: they are inside the mesh, or its triangles face inward.
 //!
 //! ## Forms
 //!
-//! | `form` | bytes for each vertex, O = F = 4 | what it is good for |
+//! | `form` | bytes for each vertex, O = F = 4 | use |
 //! | --- | --- | --- |
 //! | `matrices` | 2 (O+1)^2 (F+1)^2 = 1,250 | everything, rounded by 2.4e-4 of each entry |
-//! | `visibility` | 4 (O+F+1)^2 = 324 | shadows, exactly; the matrix is made when shading |
-//! | `matte` | 4 (F+1)^2 = 100 | `lambert` alone: the response of a white matte surface, for which O does not matter |
+//! | `visibility` | 4 (O+F+1)^2 = 324 | exact shadows; the matrix is computed when shading |
+//! | `matte` | 4 (F+1)^2 = 100 | only `lambert`: the response of a white matte surface, for which O does not matter |
 //!
 //! Matrices are stored in 16-bit numbers; entries below 6.1e-5 become 0. For engines, `export-gltf` writes
-//! the vectors of `matte` into a glTF file, and the matrices of both other forms into a texture beside it;
-//! docs/relighting.md has the shaders.
+//! the vectors of `matte` into a glTF file, and the matrices of the two other forms into a texture next to
+//! it; docs/relighting.md has the shaders.
 //!
-//! A transfer of more than 4 GB is refused before the first ray; interreflection has the matrices of two
+//! A transfer of more than 4 GB is refused before the first ray; interreflection keeps the matrices of two
 //! bounces in memory, for each channel, in 32-bit numbers. A smaller form, lower degrees or fewer vertices
 //! help.
 
@@ -104,7 +104,7 @@ parameters! {
         /// The number of rays for each vertex, over the whole sphere; at least 2 (O + F + 1)^2.
         #[range(1..=65536)]
         directions: usize = 1024,
-        /// How often light is reflected by the mesh before it arrives; needs a `material` if above 0.
+        /// How often the mesh reflects light before it arrives; needs a `material` if above 0.
         #[range(0..=64)]
         bounces: usize = 0,
         /// What is stored; see Forms.
@@ -167,10 +167,10 @@ impl Kind for PrecomputeTransfer {
         let mut errors = Vec::new();
         let least = parameters.least();
         if parameters.directions < least {
-            errors.push(("directions", format!("degrees O and F need {least} or more")));
+            errors.push(("directions", format!("degrees O and F need at least {least}")));
         }
         if parameters.form == FormName::Visibility && parameters.bounces > 0 {
-            errors.push(("bounces", "form = \"visibility\" holds shadows alone".into()));
+            errors.push(("bounces", "form = \"visibility\" holds only shadows".into()));
         }
         errors
     }
@@ -203,7 +203,7 @@ impl Kind for PrecomputeTransfer {
             .ok_or_else(|| Failure::new("the channels of the transfer have different shapes"))?;
         if blind > 0 {
             let of = frames.len();
-            reporter.warn(format!("{blind} of {of} vertices see nothing of the sky above their horizon"));
+            reporter.warn(format!("{blind} of {of} vertices do not see the sky above their horizon"));
         }
         let (rows, columns) = (output.rows(), input.rows());
         let bytes = size(value.bytes() as u64);
@@ -248,8 +248,8 @@ fn reflecting(
             let made = reporter.until_stopped(|stop| tabulate(&material.0, output, TABLE, stop))?;
             Ok(Some(made.0))
         }
-        None => Err(Failure::new("`bounces` needs the material of the mesh, and none is connected")
-            .help("connect `material`, or leave `bounces` at 0 for shadows alone")),
+        None => Err(Failure::new("`bounces` needs the material of the mesh, but none is connected")
+            .help("connect `material`, or leave `bounces` at 0 for shadows only")),
     }
 }
 

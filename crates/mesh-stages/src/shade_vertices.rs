@@ -1,4 +1,5 @@
-//! Shades the vertices of a mesh with a BRDF table under soft light: their radiance toward a viewer.
+//! Shades the vertices of a mesh with a BRDF table under soft light, and gives their radiance toward a
+//! viewer.
 //!
 //! ```toml
 //! [stage.shaded]
@@ -14,40 +15,41 @@
 //!
 //! > B(v) = sum over i of c_i(v) L_i
 //!
-//! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i from `tabulate-brdf`, at the view in the
-//! vertex' frame (x the tangent, z the normal, y = z x x); L_i the coefficients of the light in that frame.
-//! The table may be that of any material, brushed or not; the mesh's tangents are the direction of brushing
-//! (`brush-mesh` sets them). Light and table are cut to the lower of their degrees.
+//! (Kautz, Sloan and Snyder 2002, equation 1 and section 4): c_i comes from `tabulate-brdf`, at the view in
+//! the vertex's frame (x the tangent, z the normal, y = z x x); L_i are the coefficients of the light in
+//! that frame. The table can be of any material, brushed or not; the mesh's tangents are the direction of
+//! brushing (`brush-mesh` sets them). Light and table are truncated to the lower of their degrees.
 //!
-//! `lighting` is far away and the same for all vertices, or differs from place to place: a `light-field`.
+//! `lighting` is far away and the same for all vertices, or a `light-field`, which differs from place to
+//! place.
 //!
 //! ## Lamps
 //!
-//! Lights beside the series (`project-sh`, `circular-lights`), and those of a second lighting at `lights`,
-//! are taken into the series, to its degree: nothing of a small lamp is sharp. With the table's `material`
-//! connected too they are shaded by the material itself instead (Kautz, Sloan and Snyder 2002, section 7):
+//! Separate lights (`project-sh`, `circular-lights`), and those of a second lighting at `lights`, are added
+//! to the series, up to its degree, so small lamps are not sharp. If you also connect the `material` of the
+//! table, the material itself shades them instead (Kautz, Sloan and Snyder 2002, section 7):
 //!
 //! > B(v) += integral over each disk of L V(s) rho_hat(s, v) ds
 //!
-//! with the sum of `shadow-rays` directions spread over the disk in place of the integral, and a ray in each
-//! that says whether the mesh is in the way: highlights and the edges of shadows are then as sharp as the
-//! lamp is small. Lamps in the series, and those of a `light-field`'s lightings, stay soft. A lamp far wider
-//! than the highlight needs more rays, or belongs into the series. A table of several materials has no single
-//! material, so that its lamps stay in the series.
+//! where the integral is a sum over `shadow-rays` directions spread over the disk, with a ray in each that
+//! tests whether the mesh is in the way. Highlights and the edges of shadows are then as sharp as the size
+//! of the lamp allows. Lamps in the series, and those of the lightings of a `light-field`, stay soft. If a
+//! lamp is much wider than the highlight, it needs more rays, or should be in the series. A table of
+//! several materials has no single material, so its lamps stay in the series.
 //!
 //! ## Shadows
 //!
-//! With `transfer` connected, of the same mesh (`precompute-transfer`), what the mesh itself hides is
-//! missing: B = sum of c_i (T L)_i.
+//! If you connect the `transfer` of the same mesh (`precompute-transfer`), the mesh shadows itself: B = sum
+//! of c_i (T L)_i.
 //!
-//! A table of several materials is blended between them by `blend`, a number at each vertex (`vertex-blend`):
-//! 0 is the first material, 1 the last. Another blend, or another table, needs no new transfer.
+//! If a table has several materials, `blend`, a number at each vertex (`vertex-blend`), blends between
+//! them: 0 is the first material, 1 the last. Another blend or another table needs no new transfer.
 //!
 //! ## View
 //!
-//! The viewer is far away in the direction `view`, or at the place `camera`. Results are linear, in the
-//! light's unit, and signed: a series rings below zero near bright lamps; the build says how much does, as a
-//! warning above 1 % of the vertices.
+//! The viewer is far away in the direction `view`, or at the position `camera`. Results are linear, in the
+//! light's unit, and signed, because a series rings below zero near bright lamps; the build reports how
+//! many vertices do, as a warning if they are more than 1 %.
 
 use brdf::BrdfTable;
 use containers::tensors::OfMesh;
@@ -62,9 +64,9 @@ use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, sha
 parameters! {
     /// Parameters of `shade-vertices`.
     pub(crate) struct Parameters {
-        /// The direction from the mesh toward a viewer far away. Default: [1, 0, 0].
+        /// The direction from the mesh toward a distant viewer. Default: [1, 0, 0].
         view: Option<Vector> = None,
-        /// The place of the viewer, in the mesh's unit, instead of `view`.
+        /// The position of the viewer, in the mesh's unit, instead of `view`.
         camera: Option<Place> = None,
         /// With `material`: the number of rays toward each lamp, spread over its disk; 0 casts no shadows.
         #[range(0..=4096)]
@@ -102,7 +104,7 @@ impl Kind for ShadeVertices {
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match (parameters.view, parameters.camera) {
-            (Some(_), Some(_)) => vec![("camera", "view already places the viewer".into())],
+            (Some(_), Some(_)) => vec![("camera", "view already sets the viewer".into())],
             _ => Vec::new(),
         }
     }
@@ -116,8 +118,8 @@ impl Kind for ShadeVertices {
         if let Some(transfer) = &transfer
             && transfer.0.mesh != digest
         {
-            return Err(Failure::new("the transfer is of another mesh")
-                .help("connect the mesh that precompute-transfer was given, tangents included"));
+            return Err(Failure::new("the transfer belongs to another mesh")
+                .help("connect the mesh that precompute-transfer used, including its tangents"));
         }
         let viewer = match (parameters.camera, parameters.view) {
             (Some(Place(place)), _) => Viewer::At(place),
@@ -127,9 +129,9 @@ impl Kind for ShadeVertices {
         if material.is_some() && table.count() > 1 {
             let count = table.count();
             return Err(Failure::new(format!(
-                "the table has {count} materials, and lamps are shaded by one"
+                "the table has {count} materials, but lamps are shaded with a single one"
             ))
-            .help("leave out `material`: the lamps are then taken into the series"));
+            .help("leave out `material`; then the lamps are added to the series"));
         }
         let frames = blended_frames(context, &mesh.0, table)?;
         if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
@@ -149,9 +151,9 @@ impl Kind for ShadeVertices {
                 (0..3).for_each(|channel| sum[channel] += lit[channel]);
             }
             reporter.note(match lamps.len() {
-                0 => "no lamp is kept as a light, so the material shades nothing".to_owned(),
-                1 => "1 lamp is shaded by the material".to_owned(),
-                lamps => format!("{lamps} lamps are shaded by the material"),
+                0 => "there are no separate lamps, so the material is not used".to_owned(),
+                1 => "the material shades 1 lamp".to_owned(),
+                lamps => format!("the material shades {lamps} lamps"),
             });
         }
         let negative = value.iter().filter(|rgb| rgb.iter().any(|value| *value < 0.0)).count();

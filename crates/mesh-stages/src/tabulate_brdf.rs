@@ -1,4 +1,4 @@
-//! Tabulates a material for every view: the coefficients with which any soft light shades a surface.
+//! Tabulates a material for every view, as coefficients with which any soft light shades a surface.
 //!
 //! ```toml
 //! [stage.table]
@@ -9,12 +9,13 @@
 //!
 //! > c_i(v) = integral over s of rho_hat(s, v) Y_i(s)
 //!
-//! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident direction s and
-//! the view v in the frame of the surface: x is the tangent, z the normal (Kautz, Sloan and Snyder 2002,
-//! section 3). Under light with the coefficients L_i in that frame the surface has the radiance sum of L_i
-//! c_i(v): 25 products for degree 4. Unlike `project-brdf` the table holds any material, brushed or not,
-//! and keeps the view sharp; it suits low-frequency light on curved surfaces, where degree 4 shows little of
-//! a lamp's shape. The errors under a lighting of six soft lamps, as a share of the radiance of a sphere:
+//! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident direction s
+//! and the view v in the frame of the surface: x is the tangent, z the normal (Kautz, Sloan and Snyder
+//! 2002, section 3). Under light with the coefficients L_i in that frame, the radiance of the surface is
+//! the sum of L_i c_i(v): 25 products for degree 4. Unlike `project-brdf`, the table represents any
+//! material, brushed or not, and keeps the view sharp. It suits low-frequency light on curved surfaces, on
+//! which degree 4 shows little of the shape of a lamp. These are the errors under six soft lamps, as a
+//! share of the radiance of a sphere:
 //!
 //! | ashikhmin-shirley, exponents | degree 2 | 4 | 6 | 8 | 14 |
 //! | --- | --- | --- | --- | --- | --- |
@@ -24,25 +25,25 @@
 //!
 //! ## The map of views
 //!
-//! The views are the texels of a parabolic map of the hemisphere: x = v_x / (1 + v_z) and y alike run from -1
-//! to 1, row 0 is at +y, and a texel's centre is its view. Texels outside the unit disk repeat its rim, so
-//! that a bilinear look-up has no dark edge. The rim, and every view lower than 0.25 degrees, is taken at
-//! 0.25 degrees above the horizon. A view from below the horizon, which interpolated normals make, is looked
-//! up on the rim (`below` is `clamped`); for kajiya-kay, which has no horizon, at its mirror image
-//! (`mirrored`).
+//! The views are the texels of a parabolic map of the hemisphere: x = v_x / (1 + v_z) and y alike run from
+//! -1 to 1, row 0 is at +y, and a texel's centre is its view. Texels outside the unit disk repeat its rim,
+//! so that a bilinear look-up has no dark edge. The rim, and every view lower than 0.25 degrees, is
+//! computed at 0.25 degrees above the horizon. Views from below the horizon, which interpolated normals
+//! cause, are looked up on the rim (`below` is `clamped`); for kajiya-kay, which has no horizon, they are
+//! looked up at their mirror image (`mirrored`).
 //!
-//! Every entry is integrated by rules that are refined until they agree, at the horizon and near grazing too:
-//! to 1e-7 of the greatest coefficient for smooth models; the build notes the error. `phong` and
-//! `kajiya-kay` reflect light from below the horizon, and their tables hold it (`incident` is `sphere`).
-//! `phong` and `lambert` are closed forms.
+//! Every entry is integrated by rules that are refined until they agree, also at the horizon and near
+//! grazing angles, to 1e-7 of the largest coefficient for smooth models; the build notes the error. `phong`
+//! and `kajiya-kay` reflect light from below the horizon, and their tables include it (`incident` is
+//! `sphere`). `phong` and `lambert` are closed forms.
 //!
 //! `poulin-fournier` is integrated to 1e-5, and measured surfaces that depend on the tangent to 1e-3: they
-//! have kinks, the latter between all of their nodes. They take a minute or more.
+//! have kinks, measured surfaces between all of their nodes. They take a minute or more.
 //!
 //! ## Materials that vary over a surface
 //!
-//! A table may hold several materials (Q in the tensor's shape), between which `shade-vertices` blends by a
-//! number at each vertex (`vertex-blend`): 0 is the first material, 1 the last, and those between are evenly
+//! A table can hold several materials (Q in the tensor's shape). `shade-vertices` blends between them by a
+//! number at each vertex (`vertex-blend`): 0 is the first material, 1 the last, and the others are evenly
 //! spaced. Either one parameter of a material varies from one value to another,
 //!
 //! ```toml
@@ -63,9 +64,9 @@
 //! inputs = { materials = "material" }
 //! ```
 //!
-//! Between two materials lies the mean of what they reflect, which is close to what the mean of their
-//! parameters reflects if they are alike: more of them are closer. In layers, the varied parameter is that of
-//! the only layer that has it.
+//! Half-way between two materials, the reflection is the mean of both. If the two are similar, that is
+//! close to the reflection with the mean parameters, so more materials are more accurate. In layers, the
+//! varied parameter must belong to only one layer.
 
 use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
 use engine::{Artifact, Context, Failure, Inputs, Kind, Output, Port, Product, nearest, parameters};
@@ -82,13 +83,13 @@ parameters! {
         /// N: the map has N x N views.
         #[range(2..=512)]
         resolution: usize = 128,
-        /// The parameter that varies over the surface: a number of the material's model.
+        /// The parameter that varies over the surface: a numeric parameter of the material's model.
         vary: Option<String> = None,
-        /// Its value where the blend is 0.
+        /// Its value for a blend of 0.
         from: Option<f64> = None,
-        /// Its value where the blend is 1.
+        /// Its value for a blend of 1.
         to: Option<f64> = None,
-        /// The number of materials, both ends included. Default: 5.
+        /// The number of materials, including both ends. Default: 5.
         #[range(2..=256)]
         count: Option<usize> = None,
     }
@@ -132,12 +133,12 @@ impl Kind for TabulateBrdf {
             Some(_) => given[..2]
                 .iter()
                 .filter(|(_, given)| !given)
-                .map(|(name, _)| ("vary", format!("needs `{name}` too: the values at both ends")))
+                .map(|(name, _)| ("vary", format!("also needs `{name}`: the values at both ends")))
                 .collect(),
             None => given
                 .into_iter()
                 .filter(|(_, given)| *given)
-                .map(|(name, _)| (name, "only a parameter that varies uses it: vary = \"roughness\"".into()))
+                .map(|(name, _)| (name, "only a varying parameter uses it: vary = \"roughness\"".into()))
                 .collect(),
         }
     }
@@ -184,7 +185,7 @@ fn materials(parameters: &Parameters, inputs: &Inputs) -> Result<Vec<Material>, 
             .help("connect one of them: material makes a table of each item, materials one of all items")),
         (None, true) => Err(Failure::new("no material is connected").help("input = \"material\"")),
         (None, false) if parameters.vary.is_some() => {
-            Err(Failure::new("`vary` is for one material, and several are connected")
+            Err(Failure::new("`vary` is for one material, but several are connected")
                 .help("input = \"material\", or leave out `vary`"))
         }
         (None, false) => Ok(several.into_iter().map(|(_, material)| material.0.clone()).collect()),
@@ -226,12 +227,13 @@ fn with(material: &Material, name: &str, value: f64) -> Result<Material, Failure
             let help = match nearest(name, names()) {
                 Some(near) => format!("did you mean {near:?}?"),
                 None if known.is_empty() => {
-                    "none of its parameters is a number: make a material file for each value, and connect them as `materials`"
+                    "it has no numeric parameter: make a material file for each value, and connect them as \
+                     `materials`"
                         .to_owned()
                 }
                 None => format!("expected one of: {}", names().collect::<Vec<_>>().join(", ")),
             };
-            let message = format!("{} has no number {name:?} that could vary", material.name());
+            let message = format!("{} has no numeric parameter {name:?} that could vary", material.name());
             return Err(Failure::new(message).help(help));
         }
     };

@@ -47,7 +47,7 @@ pub(crate) fn matrix_texture(
 ) -> Result<MatrixTexture, Failure> {
     let form = transfer.form();
     let Some(output) = form.output() else {
-        return Err(Failure::new("the transfer is matte, and has no matrices")
+        return Err(Failure::new("the transfer is matte, so it has no matrices")
             .help("leave out `matrices`: the vectors of a matte transfer are attributes of the mesh"));
     };
     let (rows, columns, channels) = (output.rows(), form.input().rows(), transfer.channels().len());
@@ -56,19 +56,20 @@ pub(crate) fn matrix_texture(
     let help = "lower `output-degree` or `degree` of precompute-transfer, or reduce the mesh's vertices";
     if run > WIDTH {
         let message =
-            format!("the matrices of a vertex take {run} texels, and a row of a texture has {WIDTH}");
+            format!("the matrices of a vertex take {run} texels, but a row of a texture has {WIDTH}");
         return Err(Failure::new(message).help(help));
     }
     let (vertices, abreast) = (transfer.len(), (WIDTH / run).min(transfer.len()).max(1));
     let size = [abreast * run, vertices.div_ceil(abreast)];
     if size[1] > HEIGHT {
         let most = WIDTH / run * HEIGHT;
-        let message =
-            format!("the matrices of {vertices} vertices do not fit a texture, which holds those of {most}");
+        let message = format!(
+            "the matrices of {vertices} vertices do not fit into a texture, which has room for {most}"
+        );
         return Err(Failure::new(message).help(help));
     }
     let matrices = transfer.matrices(frames).filter(|_| vertices == frames.len());
-    let matrices = matrices.ok_or_else(|| Failure::new("the transfer is of another mesh"))?;
+    let matrices = matrices.ok_or_else(|| Failure::new("the transfer belongs to another mesh"))?;
     check_finite(&matrices)?;
     let mut rgba = Vec::with_capacity(size[0] * size[1]);
     for vertex in 0..vertices {

@@ -1,5 +1,5 @@
-//! Says which material of a table is where on a mesh: a number for each vertex, from 0, the first material,
-//! to 1, the last.
+//! Places the materials of a table on a mesh, with a number for each vertex from 0, the first material, to
+//! 1, the last.
 //!
 //! ```toml
 //! [stage.blend]
@@ -12,13 +12,14 @@
 //! `shade-vertices` make a surface whose roughness or direction varies (Kautz, Sloan and Snyder 2002, figure
 //! 4). The number comes from one of two places:
 //!
-//! - `texture`, a PNG, JPEG or WebP, is read at the mesh's texture coordinates, between texels; it is
-//!   repeated outside of 0 to 1. Its `channel` is taken as it is stored, for it is data and not a colour.
-//! - `attribute`, of the glTF file `gltf` that the mesh was imported from: one number at each vertex
-//!   (`_BLEND`), or the first of several (`COLOR_0`).
+//! - `texture`, a PNG, JPEG or WebP, is read at the mesh's texture coordinates, with interpolation; it
+//!   repeats outside 0 to 1. The values of `channel` are used as stored, because they are data and not a
+//!   colour.
+//! - `attribute`, in the glTF file `gltf` that the mesh was imported from, has one number at each vertex
+//!   (`_BLEND`), or several, of which the first is used (`COLOR_0`).
 //!
-//! Numbers below 0 and above 1 are those ends; a warning counts them. The blend belongs to the mesh that
-//! arrives here, tangents included: brush the mesh first.
+//! Numbers below 0 and above 1 are clamped, and a warning counts them. The blend belongs to the input mesh
+//! including its tangents, so brush the mesh first.
 
 use std::path::Path;
 
@@ -76,9 +77,9 @@ impl Kind for VertexBlendKind {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         match (&parameters.texture, &parameters.attribute, &parameters.gltf) {
             (_, None, None) | (None, Some(_), Some(_)) => Vec::new(),
-            (None, Some(_), None) => vec![("attribute", "needs the file that has it: gltf = \"...\"".into())],
+            (None, Some(_), None) => vec![("attribute", "also needs the file: gltf = \"...\"".into())],
             (None, None, Some(_)) => {
-                vec![("gltf", "needs the attribute to read: attribute = \"...\"".into())]
+                vec![("gltf", "also needs the attribute to read: attribute = \"...\"".into())]
             }
             (Some(_), ..) => vec![("texture", "cannot be combined with attribute and gltf".into())],
         }

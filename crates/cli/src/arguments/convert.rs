@@ -6,12 +6,12 @@ use clap::{Args, ValueEnum};
 
 use super::values;
 
-/// What `convert` makes.
+/// What `convert` writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ConvertTarget {
-    /// An image or texture of it
+    /// An image or texture of the environment
     Environment,
-    /// The light that compact maps look up, for every material: a scale space
+    /// The scale space, from which compact maps of all materials look up light
     Taps,
 }
 
@@ -20,31 +20,31 @@ pub(crate) struct ConvertArguments {
     /// Images or textures of environments, folders of six faces or of images, and globs
     #[arg(required = true, value_name = "INPUT")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write, its extension sets the format; for several images, a cube of pictures, or the
-    /// light of an engine or of compact maps, a folder
+    /// The file to write, whose extension sets the format; or a folder, for several images, for a cube of
+    /// pictures, or for the light of an engine or of compact maps
     #[arg(long, short, value_name = "OUT")]
     pub(crate) output: PathBuf,
     #[arg(long, value_name = "NAME", conflicts_with = "to", value_parser = values::engine, help = values::engines_to_convert_for())]
     pub(crate) engine: Option<String>,
-    /// What to make of the environment
+    /// What to make from the environment
     #[arg(long, value_enum, default_value_t = ConvertTarget::Environment)]
     pub(crate) to: ConvertTarget,
     /// With --engine: texels along the edge of a face of the sky, or none [default: as fine as the input, at
     /// most 2048]
     #[arg(long, value_name = "N|none", value_parser = values::sky)]
     pub(crate) sky: Option<String>,
-    /// With --engine: whether suns and lamps stay in the image, or become lights beside it
+    /// With --engine: whether suns and lamps stay in the image or become separate lights
     #[arg(long, value_name = "image|light")]
     pub(crate) sun: Option<String>,
-    /// With --to taps or --sun light: how many of the strongest suns and lamps are lights of their own, or
+    /// With --to taps or --sun light: how many of the strongest suns and lamps become separate lights, or
     /// all [default: 8]
     #[arg(long, value_name = "N|all", value_parser = values::lights)]
     pub(crate) lights: Option<String>,
     /// The layout of the input: auto, lat-long, probe, mirror-ball, cube, cube-cross, cube-strip, ...
     #[arg(long, value_name = "LAYOUT")]
     pub(crate) from: Option<String>,
-    /// The light from where a picture that its file declares a part of the sphere (a crop of a panorama, a
-    /// fisheye) shows nothing: black, mean, edge, or a colour such as 0.1,0.1,0.2 [default: black]
+    /// The light of the rest of the sphere if the file declares that the picture shows only a part (a crop
+    /// of a panorama, a fisheye): black, mean, edge, or a colour such as 0.1,0.1,0.2 [default: black]
     #[arg(long, value_name = "LIGHT")]
     pub(crate) fill: Option<String>,
     /// The layout to write: lat-long, cube, cube-strip or cube-cross [default: lat-long]; with --to taps
@@ -63,13 +63,13 @@ pub(crate) struct ConvertArguments {
     /// The numbers to write: half or float [default: half, or float if a value exceeds the largest half]
     #[arg(long, value_name = "PRECISION")]
     pub(crate) precision: Option<String>,
-    /// How the texels of a .ktx2 or .dds are packed: rgb9e5 or bc6h [default: not packed]
+    /// How to pack the texels of a .ktx2 or .dds: rgb9e5 or bc6h [default: not packed]
     #[arg(long, value_name = "TEXELS")]
     pub(crate) texels: Option<String>,
     /// Write a .ktx2 or .dds with its levels of detail
     #[arg(long)]
     pub(crate) levels: bool,
-    /// Compress a .ktx2 by Zstandard, without loss
+    /// Compress a .ktx2 with Zstandard, without loss
     #[arg(long)]
     pub(crate) zstd: bool,
     /// Turn the light about the vertical by these degrees, to the left
@@ -104,7 +104,7 @@ pub(crate) struct ConvertArguments {
     pub(crate) colour_space: Option<String>,
     #[arg(long, value_name = "PRESET", help = values::engines_of_cubes())]
     pub(crate) preset: Option<String>,
-    /// Print the manifest that does the same, and convert nothing
+    /// Print the manifest that does the same, without converting anything
     #[arg(long)]
     pub(crate) manifest: bool,
 }

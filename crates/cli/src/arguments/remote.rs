@@ -8,23 +8,23 @@ use clap::{Args, ValueEnum};
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Other machines")]
 pub(crate) struct RemoteArguments {
-    /// Share results with other machines by a cache at grpc://HOST:PORT, grpcs://HOST:PORT or unix:PATH
+    /// Share results with other machines through a cache at grpc://HOST:PORT, grpcs://HOST:PORT or unix:PATH
     /// [default: SPECULA_REMOTE_CACHE, then [remote] in specula.toml]
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) remote_cache: Option<String>,
-    /// Run items on the workers of this server, which also has the cache unless --remote-cache names another
+    /// Run items on the workers of this server, which is also the cache unless --remote-cache names another
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) remote_executor: Option<String>,
     /// How many items run on workers at a time [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     pub(crate) remote_jobs: Option<u16>,
-    /// What a worker must have, such as container-image=docker://...; may be repeated
+    /// A property that a worker must have, such as container-image=docker://...; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]
     pub(crate) remote_default_exec_properties: Vec<String>,
-    /// Where workers have this program; without it the program is sent
+    /// The path of this program on the workers; without it the program is sent
     #[arg(long, value_name = "PATH")]
     pub(crate) remote_program: Option<String>,
-    /// Run items here that read more than this of files [default: 64]
+    /// Run items on this machine if they read more than this amount of files [default: 64]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u32).range(0..=1 << 20))]
     pub(crate) remote_source_limit: Option<u32>,
     /// The name of the server's instance
@@ -37,13 +37,13 @@ pub(crate) struct RemoteArguments {
     /// The time limit of each call [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u64).range(1..=86_400))]
     pub(crate) remote_timeout: Option<u64>,
-    /// Whether results of this machine are stored: if the server lets us (auto), never or always
+    /// Whether to store results of this machine: if the server allows it (auto), never or always
     #[arg(long, value_enum, value_name = "WHEN")]
     pub(crate) remote_upload: Option<RemoteUpload>,
-    /// What is received: the files in out and what items here read (outputs), or all
+    /// What to download: the files of out and the inputs of items on this machine (outputs), or all
     #[arg(long, value_enum, value_name = "WHAT")]
     pub(crate) remote_download: Option<RemoteDownload>,
-    /// Compress large results by Zstandard on their way, if the server offers that
+    /// Compress large results with Zstandard in transit, if the server supports that
     #[arg(long)]
     pub(crate) remote_cache_compression: bool,
     /// Fail with exit code 4 if a server cannot be used
@@ -55,7 +55,7 @@ pub(crate) struct RemoteArguments {
     /// The certificate of this machine (PEM)
     #[arg(long, value_name = "FILE")]
     pub(crate) tls_client_certificate: Option<PathBuf>,
-    /// Its key (PEM)
+    /// The key of this machine (PEM)
     #[arg(long, value_name = "FILE")]
     pub(crate) tls_client_key: Option<PathBuf>,
 }
@@ -63,19 +63,19 @@ pub(crate) struct RemoteArguments {
 /// Whether results are stored in the shared cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RemoteUpload {
-    /// If the server lets us.
+    /// If the server allows it.
     #[default]
     Auto,
     /// Never: only read.
     Never,
-    /// Always, with a warning if the server does not let us.
+    /// Always, with a warning if the server does not allow it.
     Always,
 }
 
 /// What is received from the shared cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RemoteDownload {
-    /// The files in out, and what items read that run here.
+    /// The files of out, and the inputs of items that run on this machine.
     #[default]
     Outputs,
     /// All results that are found.

@@ -63,7 +63,7 @@ pub(super) fn subject(text: &str) -> Result<SubjectRequest, String> {
             _ => &mut request.mesh,
         };
         if field.replace(name).is_some() {
-            return Err(format!("{part} is named twice"));
+            return Err(format!("{part} appears twice"));
         }
     }
     Ok(request)
@@ -92,12 +92,12 @@ pub(super) fn engine(text: &str) -> Result<String, String> {
 
 /// The help of `--engine` of `convert`.
 pub(super) fn engines_to_convert_for() -> String {
-    format!("Write what an engine loads as its light, its sky, and the code for it. {}", engines())
+    format!("Write the light and the sky that an engine loads, and the code for them. {}", engines())
 }
 
 /// The help of `--engine` of `init`.
 pub(super) fn engine_of_a_project() -> String {
-    format!("{}, that loads the light [default: asked for on a terminal, or else gltf]", engines())
+    format!("{}, that loads the light [default: asks on a terminal, otherwise gltf]", engines())
 }
 
 /// The help of `--preset` of `test-pattern`, which lists the engines.
@@ -110,7 +110,7 @@ pub(super) fn engines() -> String {
 /// The help of `--mode`, which lists them.
 pub(super) fn modes() -> String {
     let [first @ .., last] = Mode::ALL.map(Mode::name);
-    format!("How to shade it first: {} or {last}", first.join(", "))
+    format!("The first shading mode: {} or {last}", first.join(", "))
 }
 
 pub(super) fn mode(text: &str) -> Result<Mode, String> {
@@ -141,7 +141,7 @@ pub(super) fn lights(text: &str) -> Result<String, String> {
 pub(super) fn png_file(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     let is_png = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    if is_png { Ok(file) } else { Err("the picture is a PNG: its name ends in .png".into()) }
+    if is_png { Ok(file) } else { Err("the picture is a PNG, so its name must end in .png".into()) }
 }
 
 fn unknown(what: &str, name: &str, known: &[&str]) -> String {
@@ -207,7 +207,7 @@ mod tests {
             ("enviroment=sky", "did you mean \"environment\"?"),
             ("mesh=a,colour=b", "only environment, material, mesh"),
             ("mesh=", "mesh has no name"),
-            ("mesh=a,mesh=b", "mesh is named twice"),
+            ("mesh=a,mesh=b", "mesh appears twice"),
         ] {
             let message = subject(text).unwrap_err();
             assert!(message.contains(words), "{text}: {message}");

@@ -85,8 +85,7 @@ fn check_rows(file: &ExrLayers, texts: &BTreeMap<&str, &str>, warnings: &mut Vec
     let degree = texts.get("degree").and_then(|degree| degree.parse::<usize>().ok());
     let expected = degree.and_then(|degree| degree.checked_add(1)?.checked_pow(2));
     if expected != Some(rows.len()) {
-        warnings
-            .push(format!("{PREFIX}rows names {} layers, which is not the number of its degree", rows.len()));
+        warnings.push(format!("{PREFIX}rows names {} layers, but its degree has another number", rows.len()));
     }
     for (index, row) in rows.iter().enumerate() {
         // The first is the one that any viewer shows.
@@ -192,8 +191,8 @@ mod tests {
         for (key, text, words) in [
             ("specula.view", "", "the file has no specula.view"),
             ("specula.layout", "lat-long", "2 x 12 pixels do not fit lat-long"),
-            ("specula.degree", "99999999999999999999", "specula.rows names 4 layers, which is not"),
-            ("specula.degree", "18446744073709551615", "specula.rows names 4 layers, which is not"),
+            ("specula.degree", "99999999999999999999", "specula.rows names 4 layers, but its degree"),
+            ("specula.degree", "18446744073709551615", "specula.rows names 4 layers, but its degree"),
             ("specula.rows", "p0q0", "specula.rows names 1 layers"),
             ("specula.rows", "p0q0 p1qm1 p1q0 p9q1", "the layer p9q1 is missing"),
             ("specula.lights", "[[1, 2]]", "specula.lights is not a list"),

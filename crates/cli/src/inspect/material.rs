@@ -87,7 +87,7 @@ pub(super) fn checked(material: &Material) -> Facts {
         (
             "energy",
             match checks.makes_light() {
-                true => "more than 1: some view reflects more light than arrives",
+                true => "above 1: for some view, more light is reflected than arrives",
                 false => "at most 1",
             }
             .into(),
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!((&facts["isotropic"], &facts["centre"]), (&json!(true), &json!("the normal")));
         assert_eq!(facts["albedo"].as_array().unwrap().len(), 11);
         assert_eq!(facts["albedo"][3], json!({ "angle": 30.0, "rgb": [0.5, 1.25, 0.0] }));
-        assert!(facts["energy"].as_str().unwrap().starts_with("more than 1"));
+        assert!(facts["energy"].as_str().unwrap().starts_with("above 1"));
         assert!(facts["reciprocity"].as_str().unwrap().starts_with("reciprocal, "));
         let faint = described("model = \"lambert\"\nalbedo = [1.23456e-5, 0, 2e4]");
         assert_eq!(faint["greatest"]["rgb"], json!([1.235e-5, 0.0, 2e4]));

@@ -34,7 +34,9 @@ pub(super) fn describe(pixels: &[[f32; 3]], rows: usize) -> Facts {
     facts.push((
         "clips",
         match clips {
-            true => format!("{same} pixels have the largest value: more light may have been cut off").into(),
+            true => {
+                format!("{same} pixels have the largest value: brighter light may have been clipped").into()
+            }
             false => "no".into(),
         },
     ));
@@ -62,7 +64,7 @@ pub(super) fn describe(pixels: &[[f32; 3]], rows: usize) -> Facts {
             facts.push(("other lights", format!("{}, {} of the light", others.len(), share(others)).into()));
         }
     } else {
-        facts.push(("brightest", "no sun and no lamp".into()));
+        facts.push(("brightest", "no suns or lamps".into()));
     }
     facts
 }
@@ -80,7 +82,7 @@ mod tests {
             let facts = describe(pixels, rows);
             facts.iter().find(|(known, _)| *known == name).unwrap().1.as_str().unwrap().to_owned()
         };
-        assert_eq!(fact(&pixels, "brightest"), "no sun and no lamp");
+        assert_eq!(fact(&pixels, "brightest"), "no suns or lamps");
         assert_eq!(fact(&pixels, "clips"), "no");
         pixels[rows / 4 * 2 * rows + rows / 2 * 3] = [1e5; 3];
         let sun = fact(&pixels, "brightest");

@@ -22,7 +22,7 @@ pub(crate) fn print_shader(file: &Path, language: ShaderName) -> Result<Exit, Co
         .map_err(|error| CommandError::usage([format!("cannot read {place}: {error}")]))?;
     let Some(shader) = of_file(&bytes) else {
         let message =
-            format!("{place} is not a reflection map in spherical harmonics, which --shader is for");
+            format!("{place} is not a reflection map in spherical harmonics, but --shader needs one");
         let help = "name a file of export-shrm: KTX2, OpenEXR or safetensors";
         return Err(CommandError::usage([message]).with_help(Some(help)));
     };

@@ -548,7 +548,7 @@ impl<'a> PreviewController<'a> {
                 return self.manifest_has_errors("the last valid one is still being built");
             }
             (None, _) => "There is nothing to show",
-            (Some(_), false) => "This cannot be shown; the picture is an earlier one",
+            (Some(_), false) => "This cannot be shown; this is an earlier picture",
             (Some(_), true) if errors.rejects_manifest() => {
                 return self.manifest_has_errors(match self.status.has_build() {
                     true => "the last valid one is still being built, and shown",
@@ -557,7 +557,7 @@ impl<'a> PreviewController<'a> {
             }
             (Some((_, scene, _)), true) if errors.affects(&self.ancestry) => match scene.has_maps() {
                 true => "The build failed; this picture is the last good one",
-                false => "The build failed; this picture shows what was made before",
+                false => "The build failed; this picture shows earlier results",
             },
             (Some(_), true) => "A stage failed; this picture does not depend on it",
         };

@@ -57,7 +57,7 @@ fn edit(
 ) -> Result<(String, LightEdit), Vec<String>> {
     if !project.files.is_empty() {
         return Err(vec![
-            "files that were opened without a manifest have none to write to".into(),
+            "there is no manifest to write to, because the files were opened without one".into(),
             "hint: `specula preview FILES --manifest` prints one to keep".into(),
         ]);
     }

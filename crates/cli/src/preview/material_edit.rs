@@ -301,7 +301,7 @@ mod tests {
         fs::write(&file, "model = \"lambert\"\nalbedo = 0.5\n").unwrap();
         edits.follow("gold", Ok(&file), true);
         edits.edit("gold", Some(edited.clone()));
-        assert_eq!(edits.material("gold", || None), Err(vec!["gold.toml has other parameters now".into()]));
+        assert_eq!(edits.material("gold", || None), Err(vec!["gold.toml now has other parameters".into()]));
         assert!(edits.save("gold", edited).is_err());
         edits.edit("gold", None);
         assert_eq!(edits.material("gold", || None), Ok(None));

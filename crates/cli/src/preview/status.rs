@@ -142,7 +142,7 @@ impl BuildStatus {
                 format!("building: {done} of {}{}", count(items, "item"), long.collect::<String>())
             }
             None => match &self.stopped {
-                Some(item) => format!("stopped: the build of {item} changes what it reads"),
+                Some(item) => format!("stopped: the build of {item} changes files that it reads"),
                 None => self.watching.clone(),
             },
         }
@@ -178,7 +178,7 @@ impl BuildStatus {
         lines.extend(removed);
         let title = match (failed, ran.is_empty()) {
             (0, false) => format!("rebuilt in {time}"),
-            (0, true) => format!("up to date after {time}: nothing had to run"),
+            (0, true) => format!("up to date after {time}; nothing had to run"),
             (failed, _) => format!("{} failed, after {time}", count(failed, "item")),
         };
         Some(Toast { title, lines })
@@ -292,7 +292,7 @@ mod tests {
             update(status, &[noticed("a.toml"), planned(1), end(failed)]).unwrap().title
         };
         assert!(title(&mut status, 1).starts_with("1 item failed, after "));
-        assert!(title(&mut status, 0).ends_with(": nothing had to run"));
+        assert!(title(&mut status, 0).ends_with("; nothing had to run"));
     }
 
     #[test]

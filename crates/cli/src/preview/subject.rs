@@ -77,7 +77,9 @@ pub(crate) fn entry<'c>(
 pub(crate) fn nothing_to_preview(manifest: &Path, stages: &[String]) -> SubjectError {
     let reason = match stages {
         [] => "none of its stages reflects an environment".into(),
-        stages => format!("{} and the stages that they need reflect no environment", stages.join(", ")),
+        stages => {
+            format!("{} and the stages that they need do not reflect an environment", stages.join(", "))
+        }
     };
     SubjectError {
         message: format!("{} has nothing to preview: {reason}", manifest.display()),

@@ -76,8 +76,9 @@ fn lanes(timeline: &Timeline, html: &mut String) {
     let total = timeline.total().max(1);
     html.push_str("<h2>What the workers did</h2>\n");
     html.push_str(
-        "<p class=\"soft\">While an item waits for other workers that share its work, its worker may run another item, which \
-         is drawn below it. Workers without an item help those that have one; that is not drawn.</p>\n",
+        "<p class=\"soft\">While an item waits for other workers that share its work, its worker may run \
+         another item, which is drawn below it. Idle workers help with the items of others; this is not \
+         drawn.</p>\n",
     );
     html.push_str("<ul class=\"legend\">\n");
     for style in [

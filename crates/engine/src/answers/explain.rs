@@ -231,9 +231,7 @@ fn targets(plan: &Plan, target: &str) -> Result<Vec<ItemIndex>, Error> {
     if !read.is_empty() {
         return Ok(read);
     }
-    let message = format!(
-        "{target:?} is neither a stage, nor an item of one, nor a file that one exports or has as source"
-    );
+    let message = format!("{target:?} is not a stage, an item, an exported file or a source file");
     let error = Error::new(ErrorKind::UnknownTarget, message);
     let stages = plan.stages.iter().map(|stage| stage.name.as_str());
     let files = plan.items.iter().flat_map(|item| item.files.iter().map(String::as_str));

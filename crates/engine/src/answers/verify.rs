@@ -244,12 +244,12 @@ impl Verifier<'_> {
 
 fn unknown(file: &Path) -> Error {
     let message = format!(
-        "{} was not produced by this manifest: no record has its place in out, its digest or its recipe",
+        "{} was not produced by this manifest: no record has its path in out, its digest or its recipe",
         file.display()
     );
     Error::new(ErrorKind::UnknownTarget, message).with_help(
-        "name an exported file and, with --manifest, the manifest that it comes from; `specula inspect` describes \
-         any file",
+        "name an exported file and, with --manifest, the manifest that exported it; `specula inspect` \
+         describes any file",
     )
 }
 

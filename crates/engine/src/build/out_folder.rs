@@ -41,7 +41,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
 fn not_a_folder(what: &str, plan: &Plan) -> Error {
     let message = format!("{what}, not a folder for exports");
     Error::new(ErrorKind::Io, message).with_help(format!(
-        "move it away or delete it, or name another folder as out in {}",
+        "move it away or delete it, or set another folder as out in {}",
         plan.manifest_name()
     ))
 }

@@ -248,7 +248,7 @@ impl<'a> Publisher<'a> {
                 (_, Some(line)) if line.owned().is_some() => {
                     replaces = line.owned();
                     remark = Some(PublishEvent::Warning(format!(
-                        "{} had been changed since it was published; the published file was put back",
+                        "{} had changed since it was published; the published file was restored",
                         place.display()
                     )));
                 }
@@ -258,8 +258,8 @@ impl<'a> Publisher<'a> {
                 (Some(content), None) if abandoned.is_empty() && self.is_export(item, files, file) => {
                     replaces = Some(content);
                     remark = Some(PublishEvent::Note(format!(
-                        "{} was replaced: there is no record of it, but its recipe says that an earlier build \
-                         published it",
+                        "{} was replaced: there is no record of it, but its recipe says that an earlier \
+                         build published it",
                         place.display()
                     )));
                 }
@@ -428,17 +428,17 @@ impl<'a> Publisher<'a> {
             (Some(Published { manifest, .. }), _) => (
                 format!("{manifest} published it"),
                 format!(
-                    "give the stage another path, or one of the two manifests another out; if {manifest} no longer \
-                     exports the file, build {manifest} first, which removes it"
+                    "change the path of the stage, or the out of one of the two manifests; if {manifest} no \
+                     longer exports the file, build {manifest} first, which removes it"
                 ),
             ),
             (None, Some(Published { manifest, .. })) => (
-                format!("it has been changed since {manifest} published it"),
-                "move it away or delete it; nothing has been overwritten".into(),
+                format!("it has changed since {manifest} published it"),
+                "move it away or delete it; nothing was overwritten".into(),
             ),
             (None, None) => (
                 "it was not published by this manifest".into(),
-                "move it away or delete it, or change the stage's path; nothing has been overwritten".into(),
+                "move it away or delete it, or change the path of the stage; nothing was overwritten".into(),
             ),
         };
         let message = format!("{} is in the way: {why}", place.display());

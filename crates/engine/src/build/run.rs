@@ -98,7 +98,7 @@ impl RunContext<'_> {
             }
             let output = match changing {
                 Some(path) if output.is_ok() => {
-                    let message = format!("{} changed each time that it was read", path.display());
+                    let message = format!("{} changed every time it was read", path.display());
                     Err(Failure::new(message).help(WHEN_WRITTEN))
                 }
                 _ => output,
@@ -449,7 +449,7 @@ pub(crate) fn message_of(panic: &(dyn Any + Send)) -> &str {
 
 /// The failure of an item whose kind made something else than it declared.
 pub(crate) fn undeclared(kind: &str) -> Failure {
-    bug(kind, "its output is not what it declared")
+    bug(kind, "its output does not match its declaration")
 }
 
 fn bug(kind: &str, what: &str) -> Failure {

@@ -108,7 +108,7 @@ impl RunContext<'_> {
                     let before = names.len();
                     names.extend(needs.iter().filter(|need| is_fine(need)).cloned());
                     if names.len() == before {
-                        return here("it reads files that are not of the project");
+                        return here("it reads files outside the project");
                     }
                     if names.len() > MOST_READS {
                         return here("it reads too many files");
@@ -132,7 +132,7 @@ impl RunContext<'_> {
                 }
             }
         }
-        here("it names the files that it reads one after the other")
+        here("it asked for one more file too often")
     }
 
     /// Says what the item depends on, so that a change of it makes the run stale.
@@ -172,7 +172,7 @@ impl RunContext<'_> {
                         && outputs.iter().zip(named).all(|(output, blob)| output.bytes == blob.bytes)
                 };
                 let Some(named) = named.filter(fits) else {
-                    return unable(format!("{host} does not have what was made"));
+                    return unable(format!("{host} does not have the result"));
                 };
                 outputs.iter().zip(&named).for_each(|(output, blob)| {
                     blobs.name_of(output.digest, || Some(*blob));
@@ -207,7 +207,7 @@ impl RunContext<'_> {
         };
         match self.conclude(request, ran)? {
             Outcome::Made { unpublished: Some(PublishError::ResultLost), .. } => {
-                unable(format!("{host} has lost what was made"))
+                unable(format!("{host} has lost the result"))
             }
             outcome => Ok(outcome),
         }
@@ -378,7 +378,7 @@ impl ItemRequest {
 
 fn too_large(bytes: u64, options: &ExecutorOptions) -> String {
     let mega = |bytes: u64| bytes.div_ceil(1 << 20);
-    format!("it reads {} MiB of files, and at most {} are sent", mega(bytes), mega(options.most_bytes))
+    format!("it reads {} MiB of files, but at most {} are sent", mega(bytes), mega(options.most_bytes))
 }
 
 fn no_report(end: &RemoteEnd, host: &str) -> String {

@@ -66,15 +66,16 @@ fn request(folder: &Path) -> Result<ItemRequest, Error> {
     let file = folder.join(ITEM);
     let bytes = read_file(&file).map_err(|error| Error::io(&error, "read", &file))?;
     let wrong = |message: String| {
-        Error::new(ErrorKind::Io, format!("{}: {message}", file.display()))
-            .with_help("builds with --remote-executor write this file; the program must be that of the build")
+        Error::new(ErrorKind::Io, format!("{}: {message}", file.display())).with_help(
+            "builds with --remote-executor write this file; the program must be the one that runs the build",
+        )
     };
     let version = env!("CARGO_PKG_VERSION");
     let value =
         serde_json::from_slice::<serde_json::Value>(&bytes).map_err(|error| wrong(error.to_string()))?;
     let [format, of] = ["format", "version"].map(|key| value.get(key).cloned().unwrap_or_default());
     if format != FORMAT || of != version {
-        return Err(wrong(format!("this is specula {version}, and the item is of version {of}")));
+        return Err(wrong(format!("this is specula {version}, but the item needs version {of}")));
     }
     serde_json::from_value(value).map_err(|error| wrong(error.to_string()))
 }
@@ -128,10 +129,12 @@ fn configured<'k>(
     let table = Table::parse(&request.parameters).ok();
     let configured = table.and_then(|table| kind.configure(&table).ok());
     let configured = configured.filter(|found| canonical(&found.canonical()) == request.canonical);
-    let configured = configured.ok_or_else(|| wrong("it reads the parameters in another way".into()))?;
+    let configured = configured.ok_or_else(|| wrong("it parses the parameters differently".into()))?;
     if configured.processor() != request.processor.as_deref() {
-        let message =
-            format!("{} makes other bytes on this processor than on that of the build", request.kind);
+        let message = format!(
+            "{} makes different bytes on this processor than on the processor of the build",
+            request.kind
+        );
         return Err(Failure::new(message).system_error());
     }
     Ok((kind.as_ref(), configured))
@@ -170,7 +173,9 @@ fn context<'c>(
             let (place, digest) = (folder.join(artifact_place(item.digest)), item.digest);
             let load = move || match read_file(&place) {
                 Ok(bytes) if Digest::of(&bytes) == digest => Ok(bytes),
-                Ok(_) => Err(Failure::new(format!("the artifact {digest} has other bytes")).system_error()),
+                Ok(_) => {
+                    Err(Failure::new(format!("the artifact {digest} has different bytes")).system_error())
+                }
                 Err(error) => {
                     let failure = Failure::from(error);
                     Err(failure.context(format!("cannot read the artifact {digest}")).system_error())

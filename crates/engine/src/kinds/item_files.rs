@@ -14,7 +14,7 @@ use crate::storage::{
 };
 
 /// What to do about a file that another program is writing.
-pub(crate) const WHEN_WRITTEN: &str = "build again when it is written";
+pub(crate) const WHEN_WRITTEN: &str = "build again when it is complete";
 
 /// What to do to read a file that the same manifest exports.
 pub(crate) const HOW_TO_READ_EXPORTS: &str =

@@ -108,7 +108,7 @@ fn unknown_or_renamed(
                     format!("expected one of: {}", known.join(", "))
                 });
             if let Some((_, name)) = renamed.iter().find(|(was, _)| *was == entry.key) {
-                error = error.help(format!("it is called {name:?} now"));
+                error = error.help(format!("it is now called {name:?}"));
             } else if let Some(near) = nearest(&entry.key, known.iter().map(String::as_str)) {
                 error = error.help(format!("did you mean {near:?}?"));
             }

@@ -39,8 +39,8 @@ pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagno
                              ignored"
                         ),
                         () => format!(
-                            "{first} and {second} write {other:?} and {file:?}, which are the same file on macOS: \
-                             their letters are the same, but are encoded in two ways"
+                            "{first} and {second} write {other:?} and {file:?}, which are the same file on \
+                             macOS: they have the same letters in different encodings"
                         ),
                     });
                 }
@@ -57,7 +57,7 @@ pub(super) fn find(graph: &Graph, items: &[Item], assets: &Assets) -> Vec<Diagno
     for (other, folder, index, file) in blocked {
         report.add(other, index, |writer, other| {
             format!(
-                "{writer} writes the file {folder:?}, and {other} needs a folder of that name for {file:?}"
+                "{writer} writes the file {folder:?}, but {other} needs a folder of that name for {file:?}"
             )
         });
     }
@@ -88,7 +88,7 @@ impl Report<'_> {
             Some((one, other)) if one.nfc().eq(other.nfc()) => format!("rename {one:?} or {other:?}"),
             Some((one, other)) => format!("rename {one} or {other}"),
             None if a == b => "separate the placeholders with a / or another character".into(),
-            None => "give one of the stages another path".into(),
+            None => "change the path of one of the stages".into(),
         };
         let error =
             Diagnostic::at(span.unwrap_or(last.header.clone()), message(self.name(first), self.name(second)));

@@ -279,7 +279,7 @@ impl Graph {
         if let (Some(Product::Artifact(made)), Key::Given(path)) = (product, &declaration.path) {
             let kind = node.kind.as_ref()?.name();
             errors.push(
-                Diagnostic::at(path.span.clone(), format!("stage {:?} exports no files", node.name))
+                Diagnostic::at(path.span.clone(), format!("stage {:?} does not export files", node.name))
                     .expected("expected no \"path\"")
                     .help(format!("{kind} makes {made}, for other stages")),
             );
@@ -389,8 +389,10 @@ pub(super) fn out_folder(out: &Key<String>, folder: &Path, errors: &mut Vec<Diag
         return None;
     }
     if let Some(expansion) = unexpanded(plain) {
-        let message =
-            format!("out = {:?} would be a folder of that name: {expansion} is not expanded", written.value);
+        let message = format!(
+            "out = {:?} would be a folder with that name: {expansion} is not expanded",
+            written.value
+        );
         errors.push(error(message, "expected a folder inside the manifest's folder".into()));
         return None;
     }
@@ -492,7 +494,7 @@ fn edges(
     if let Some((kind, [])) = kind {
         let given = stage.input.given().map(|input| &input.span);
         if let Some(span) = given.or(stage.inputs.given().map(|inputs| &inputs.span)) {
-            let error = Diagnostic::at(span.clone(), format!("{} takes no input", kind.name()));
+            let error = Diagnostic::at(span.clone(), format!("{} does not take an input", kind.name()));
             let error = error.expected("expected no \"input\"");
             errors.push(if kind.has_source() {
                 error.help("it reads files: source = \"...\"")

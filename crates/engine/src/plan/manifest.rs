@@ -76,7 +76,7 @@ impl Manifest {
                 errors.push(
                     error
                         .expected(format!("expected {SCHEMA}"))
-                        .help("this manifest was written for another version of the program"),
+                        .help("this manifest is for another version of Specula"),
                 );
                 return None;
             }
@@ -144,7 +144,7 @@ fn declaration(entry: &Entry, errors: &mut Vec<Diagnostic>) -> Declaration {
     let inputs = connections(table, errors);
     if let (Some(entry), false) = (table.get("inputs"), input.is_absent()) {
         errors.push(
-            Diagnostic::at(entry.key_span.clone(), "\"input\" and \"inputs\" are both given")
+            Diagnostic::at(entry.key_span.clone(), "\"input\" and \"inputs\" exclude each other")
                 .expected("expected only one of them")
                 .help("\"input\" connects the first port, \"inputs\" connects ports by name"),
         );

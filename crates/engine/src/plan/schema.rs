@@ -30,11 +30,12 @@ impl Kinds {
             "title": "A pipeline of Specula",
             "type": "object",
             "properties": {
-                "schema": { "const": SCHEMA, "description": "The shape of the manifest: 1." },
+                "schema": { "const": SCHEMA, "description": "The version of the format: 1." },
                 "out": {
                     "type": "string",
                     "default": "out",
-                    "description": "The folder for exported files, relative to the manifest, below its folder.",
+                    "description": "The folder for exported files, relative to the manifest and below its \
+                                    folder.",
                 },
                 "stage": {
                     "type": "object",
@@ -74,8 +75,8 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
     let mut required = vec!["kind".to_owned()];
     properties.insert("kind".into(), json!({ "const": kind.name(), "description": summary }));
     if kind.has_source() {
-        let description = "The files to read, relative to the manifest: one path, a glob (`*`, `**/`, `{a,b}`) for an item from \
-                           each file, or several of them, after a `!` those that are left out.";
+        let description = "The files to read, relative to the manifest: one path, a glob (`*`, `**/`, \
+                           `{a,b}`) with an item for each file, or a list of them; `!` excludes an entry.";
         let text = json!({ "type": "string", "minLength": 1 });
         let several = json!({ "type": "array", "items": text, "minItems": 1 });
         properties.insert("source".into(), json!({ "anyOf": [text, several], "description": description }));
@@ -91,8 +92,8 @@ fn of_kind(kind: &dyn ErasedKind) -> Value {
         properties.insert("per".into(), names);
     }
     if exports(kind) {
-        let description = "The place of the files in `out`, without the extension. `{NAME}` stands for the item's file of the \
-                           source stage NAME. Default: the stage's name and the keys.";
+        let description = "The path of the files in `out`, without the extension. `{NAME}` stands for the \
+                           item's file of the source stage NAME. Default: the stage's name and the keys.";
         properties.insert("path".into(), json!({ "type": "string", "description": description }));
     }
     for field in kind.fields() {
@@ -155,10 +156,9 @@ fn connections(
 
 fn of_port(port: &Port) -> Value {
     let takes = port.takes_text();
-    let many = if port.many { ", every item that agrees" } else { "" };
+    let many = if port.many { ", all matching items" } else { "" };
     let optional = if port.optional { "; optional" } else { "" };
-    let description =
-        format!("The stage that makes what arrives at `{}`: {takes}{many}{optional}.", port.name);
+    let description = format!("The stage connected to `{}`: {takes}{many}{optional}.", port.name);
     json!({ "type": "string", "description": description })
 }
 

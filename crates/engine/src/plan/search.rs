@@ -59,7 +59,7 @@ impl Source {
         for (index, excluded) in self.excluded.iter().enumerate() {
             if !search.left_out.contains(&index) {
                 let message =
-                    format!("\"!{}\" leaves out nothing: no file of this source matches it", excluded.text);
+                    format!("\"!{}\" excludes nothing: no file of this source matches it", excluded.text);
                 search.warnings.push(Diagnostic::at(excluded.span.clone(), message));
             }
         }
@@ -71,7 +71,7 @@ impl Source {
             }
         }
         if found.is_empty() {
-            let error = Diagnostic::at(self.span.clone(), "every file that the source matches is left out");
+            let error = Diagnostic::at(self.span.clone(), "the source excludes every file that it matches");
             search
                 .errors
                 .push(error.expected("expected at least one file").help("narrow the pattern after the !"));
@@ -246,7 +246,7 @@ impl Source {
             return None;
         }
         let message = format!("cannot read the folder {}: {error}", self.shown(folder));
-        let help = "nothing is built or removed while the files of a source cannot be seen";
+        let help = "nothing is built or removed while the files of a source cannot be read";
         Some(Diagnostic::at(path.span.clone(), message).help(help))
     }
 
@@ -254,11 +254,12 @@ impl Source {
         let error = Diagnostic::at(path.span.clone(), format!("no file matches {:?}", path.text))
             .expected(format!("expected files in {}", self.shown(&path.root)));
         if let Some(first) = in_other_case.first() {
-            return error.help(format!("{} differs in case only, and case counts", self.shown(first)));
+            return error.help(format!("{} differs only in case, and case counts", self.shown(first)));
         }
         if search.folders.find(&self.base.join(&path.text)).is_some() {
             return error.help(
-                "a file has exactly this name: put its special characters in brackets, such as [[] for [",
+                "there is a file with exactly this name: put its special characters in brackets, such as [[] \
+                 for [",
             );
         }
         self.with_surroundings(path, error, search)
@@ -268,9 +269,9 @@ impl Source {
     fn in_other_case(&self, path: &SourcePath, files: &[PathBuf]) -> Diagnostic {
         let names = listed(files.iter().map(|file| self.shown(file)));
         let message = match files {
-            [_] => format!("{names} is not read: it differs from {:?} in case only", path.text),
+            [_] => format!("{names} is not read: it differs from {:?} only in case", path.text),
             _ => format!(
-                "{} files are not read: they differ from {:?} in case only: {names}",
+                "{} files are not read: they differ from {:?} only in case: {names}",
                 files.len(),
                 path.text
             ),

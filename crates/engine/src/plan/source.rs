@@ -63,7 +63,7 @@ pub(super) fn source_of(
 ) -> (Option<Source>, Option<String>) {
     let source = match (&stage.source, kind) {
         (Key::Given(written), Some(kind)) if !kind.has_source() => {
-            let error = Diagnostic::at(written.span.clone(), format!("{} reads no files", kind.name()));
+            let error = Diagnostic::at(written.span.clone(), format!("{} does not read files", kind.name()));
             let error = error.expected("expected no \"source\"");
             errors.push(match kind.ports().first() {
                 Some(port) => {
@@ -93,7 +93,7 @@ pub(super) fn source_of(
             let error = Diagnostic::at(stage.header.clone(), message);
             let error = error.expected("expected source = \"...\", a file, a folder or a glob");
             errors.push(match parameter {
-                Some(name) => error.help(format!("or {name} = \"...\", the name of something built in")),
+                Some(name) => error.help(format!("or {name} = \"...\", the name of a built-in one")),
                 None => error,
             });
             None
@@ -123,7 +123,7 @@ impl Source {
             }
         }
         if included.is_empty() && errors.len() == before {
-            let error = Diagnostic::at(written.span.clone(), "the source names nothing to read");
+            let error = Diagnostic::at(written.span.clone(), "the source lists nothing to read");
             errors.push(
                 error
                     .expected("expected a file, a folder or a glob")
@@ -245,7 +245,7 @@ impl SourcePath {
             return false;
         }
         if self.glob.is_none() && is_folder_itself(&self.text) {
-            let message = format!("{:?} does not end in a name, which its item needs", self.text);
+            let message = format!("{:?} does not end in a name, but its item needs one", self.text);
             errors.push(
                 Diagnostic::at(self.span.clone(), message)
                     .expected("expected a file, a folder or a glob")

@@ -411,7 +411,7 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
         Some(format) if format > FORMAT => {
             let folder = path.parent().unwrap_or(path).display();
             let message =
-                format!("{folder} was written by a newer version (format {format}, ours is {FORMAT})");
+                format!("{folder} was written by a newer version (format {format}, this one has {FORMAT})");
             Err(Error::new(ErrorKind::NewerState, message)
                 .with_help(format!("use that version, or delete {folder} to rebuild everything")))
         }

@@ -93,7 +93,7 @@ fn read_stable(
             return Ok((bytes, before));
         }
     }
-    let message = format!("it is being written: it changed each of the {TRIES} times that it was read");
+    let message = format!("it is being written: it changed each of the {TRIES} times it was read");
     Err(io::Error::new(io::ErrorKind::ResourceBusy, message))
 }
 
@@ -162,7 +162,7 @@ mod tests {
         let (error, tries) = read(u32::MAX, 0);
         let error = error.unwrap_err();
         assert_eq!((error.kind(), tries), (io::ErrorKind::ResourceBusy, TRIES));
-        assert_eq!(error.to_string(), "it is being written: it changed each of the 8 times that it was read");
+        assert_eq!(error.to_string(), "it is being written: it changed each of the 8 times it was read");
     }
 
     #[test]

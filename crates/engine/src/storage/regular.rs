@@ -175,7 +175,7 @@ fn check(metadata: &Metadata) -> io::Result<()> {
         let (bytes, most) = (metadata.len(), MOST_BYTES >> 30);
         return Err(io::Error::new(
             io::ErrorKind::FileTooLarge,
-            format!("it has {bytes} bytes, and at most {most} GiB are read"),
+            format!("it has {bytes} bytes, but at most {most} GiB are read"),
         ));
     }
     Ok(())
@@ -227,7 +227,7 @@ fn copy(
             return Ok(());
         }
         left = left.checked_sub(count as u64).ok_or_else(|| {
-            let message = format!("it holds more than the {length} bytes that it had at first");
+            let message = format!("it grew beyond its {length} bytes while it was read");
             io::Error::new(io::ErrorKind::ResourceBusy, message)
         })?;
         take(&block[..count]);

@@ -241,7 +241,7 @@ fn a_file_of_somebody_else_is_not_sent() {
     assert!(worker.sent.lock().iter().flatten().all(|name| !name.starts_with("elsewhere")));
     let last = project.explain("text [a]").remove(0).last.unwrap();
     let place = serde_json::to_string(&last.place).unwrap();
-    assert_eq!(place, r#"{"here":{"because":"it reads files that are not of the project"}}"#);
+    assert_eq!(place, r#"{"here":{"because":"it reads files outside the project"}}"#);
 }
 
 #[test]

@@ -363,7 +363,7 @@ fn a_pipe_or_an_endless_file_beside_a_source_is_an_error() {
     for (name, expected) in [
         ("pipe", "it is a pipe, not a file"),
         ("/dev/zero", "it is a device, not a file"),
-        ("sparse", "it has 8589934593 bytes, and at most 8 GiB are read"),
+        ("sparse", "it has 8589934593 bytes, but at most 8 GiB are read"),
     ] {
         project.write("a.txt", &format!("include {name}\n"));
         assert_has(project.build(), ["FAILED text [a]: source a.txt: cannot read ", expected]);

@@ -398,7 +398,8 @@ fn an_item_that_read_two_contents_of_a_file_runs_again() {
         let log = project.build();
         let path = project.path("a.txt").display().to_string();
         let failed = format!(
-            "FAILED file [a]: source a.txt: {path} changed each time that it was read (build again when it is written)"
+            "FAILED file [a]: source a.txt: {path} changed every time it was read (build again when it is \
+             complete)"
         );
         assert_has(&log, [&failed]);
         assert_eq!(RUNS.lock()[&project.path("a.txt")], runs + 3);

@@ -94,9 +94,7 @@ fn a_changed_file_is_put_back_with_a_warning() {
     project.write("out/loud/a.txt", "mine");
     let events_now = events(&project);
     assert!(events_now.starts_with("warning file [a]: "), "{events_now}");
-    assert!(
-        events_now.contains("a.txt had been changed since it was published; the published file was put back")
-    );
+    assert!(events_now.contains("a.txt had changed since it was published; the published file was restored"));
     assert!(events_now.ends_with("restored loud/a.txt 3\n"));
     assert_eq!(project.read("out/loud/a.txt"), "ONE");
     // Written again with the same content: nothing to do, nothing to report.
@@ -175,7 +173,7 @@ fn a_changed_file_of_a_removed_item_is_left_alone() {
     project.build();
     project.write("out/loud/b.txt", "mine now");
     project.remove("b.txt");
-    assert_has(events(&project), ["warning file [b]: ", "it was left there"]);
+    assert_has(events(&project), ["warning file [b]: ", "so it stays"]);
     assert_eq!(project.read("out/loud/b.txt"), "mine now");
     assert_eq!(events(&project), "");
 }
@@ -337,7 +335,7 @@ fn a_build_killed_while_it_puts_a_changed_file_back_is_continued() {
         cut_after_intent(&project);
         project.write("out/loud/a.txt", "mine");
         let events_now = events(&project);
-        assert_has(&events_now, ["the published file was put back"]);
+        assert_has(&events_now, ["the published file was restored"]);
         assert!(!events_now.contains("FAILED"), "{events_now}");
         assert_eq!(project.read("out/loud/a.txt"), "ONE");
     }
@@ -346,7 +344,7 @@ fn a_build_killed_while_it_puts_a_changed_file_back_is_continued() {
     project.write("out/loud/a.txt", "mine");
     project.remove("a.txt");
     project.write("b.txt", "two");
-    assert!(events(&project).contains("it was left there"));
+    assert!(events(&project).contains("so it stays"));
     assert_eq!(project.read("out/loud/a.txt"), "mine");
 }
 
@@ -485,8 +483,8 @@ fn refused(project: &Project) -> String {
 fn a_file_in_place_of_out_is_one_error() {
     let project = pair();
     project.write("out", "a file");
-    let error = "out is a file, not a folder for exports (move it away or delete it, or name another folder as \
-                 out in pipeline.toml)";
+    let error = "out is a file, not a folder for exports (move it away or delete it, or set another folder \
+                 as out in pipeline.toml)";
     assert_eq!(refused(&project), error);
     assert_eq!(project.read("out"), "a file");
     project.edit("out = \"out\"", "out = \"out/below/it\"");

@@ -100,8 +100,8 @@ fn a_file_that_was_changed_before_its_manifest_was_renamed_is_not_touched() {
     project.remove("b.txt");
     let events = build(&project, "light.toml");
     let why =
-        "FAILED file [a]: out/loud/a.txt is in the way: it has been changed since pipeline.toml published it";
-    assert_has(&events, [why, "nothing exports it now, and it was left there"]);
+        "FAILED file [a]: out/loud/a.txt is in the way: it has changed since pipeline.toml published it";
+    assert_has(&events, [why, "nothing exports it now, so it stays"]);
     assert_eq!(project.read("out/loud/a.txt"), "mine");
     assert_eq!(project.read("out/copy/b.txt"), "mine too");
     assert!(!project.exists("out/loud/b.txt"));
@@ -116,8 +116,8 @@ fn a_manifest_that_exists_keeps_its_files() {
     build(&project, "pipeline.toml");
     project.write("light.toml", &TWO.replace("\"!\"", "\"?\""));
     let events = build(&project, "light.toml");
-    let why = "FAILED file [a]: out/loud/a.txt is in the way: pipeline.toml published it (give the stage another \
-               path, or one of the two manifests another out; ";
+    let why = "FAILED file [a]: out/loud/a.txt is in the way: pipeline.toml published it (change the path of the \
+               stage, or the out of one of the two manifests; ";
     assert_has(&events, [why]);
     assert_eq!(project.read("out/loud/a.txt"), "a!");
     // Both export these, with one content. Only one of them stops doing so.

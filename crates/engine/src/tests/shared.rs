@@ -270,7 +270,7 @@ fn a_cache_that_is_gone_is_a_warning_or_an_error() {
     memory.is_gone.store(true, Ordering::Relaxed);
     let mut project = project(&memory, "light");
     let log = project.build();
-    assert_has(&log, ["trouble at memory: it is gone; the build goes on without it\n", "3 ran"]);
+    assert_has(&log, ["trouble at memory: it is gone; the build continues without it\n", "3 ran"]);
     project.options.shared.as_mut().unwrap().is_required = true;
     let (_, summary) = project.try_build();
     assert!(summary.unwrap_err().to_string().contains("it is gone"));

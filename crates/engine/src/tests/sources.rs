@@ -154,7 +154,8 @@ fn what_is_not_built_in_is_an_error_at_its_parameter() {
     project.edit("french", "latin");
     assert_eq!(errors(&project), "4:40 language: there is no greeting in latin\n");
     project.edit(", language = \"latin\"", "");
-    let expected = "4:8 stage \"text\" has no source | expected source = \"...\", a file, a folder or a glob | or language = \"...\", the name of something built in\n";
+    let expected = "4:8 stage \"text\" has no source | expected source = \"...\", a file, a folder or a glob \
+                    | or language = \"...\", the name of a built-in one\n";
     assert_eq!(errors(&project), expected);
     project.edit("\"greeting\"", "\"greeting\", language = 7");
     assert_eq!(errors(&project).lines().count(), 1);

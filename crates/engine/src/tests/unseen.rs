@@ -172,8 +172,8 @@ fn a_drive_that_is_not_mounted_stops_the_build() {
         let built = crate::build::build(&project.plan(), &options, &project.cancel, &|_| {});
         let error = built.unwrap_err().to_string();
         let expected =
-            "the source in/drive/sky.txt cannot be seen, and may still exist: nothing is mounted on ";
-        assert!(error.starts_with(expected) && error.ends_with("/in/drive now"), "{error}");
+            "the source in/drive/sky.txt cannot be read, and may still exist: nothing is mounted on ";
+        assert!(error.starts_with(expected) && error.ends_with("/in/drive any more"), "{error}");
         has_kept(&project);
     }
     let mounted = mount();
@@ -201,7 +201,7 @@ fn a_drive_that_hides_sources_stops_the_build() {
     fs::create_dir(project.path("empty")).unwrap();
     let Some(mounted) = Mounted::new(&project.path("empty"), &project.path("in/deep")) else { return };
     let error = project.try_build().1.unwrap_err();
-    assert!(error.to_string().contains("another drive is mounted on "), "{error}");
+    assert!(error.to_string().contains("another drive is now mounted on "), "{error}");
     assert!(error.help().unwrap().contains("\"!in/deep\""), "{:?}", error.help());
     assert!(crate::answers::check_sources(&project.plan()).is_err());
     has_kept(&project);

@@ -288,7 +288,7 @@ impl ChangeCollector {
                 Some(kind) => {
                     let root = root.display();
                     self.poll_because(format!(
-                        "{root} is on {kind}: changes that other machines make there send no events"
+                        "{root} is on {kind}: changes by other machines there send no events"
                     ));
                 }
                 None => self.probes.write(&root),

@@ -65,7 +65,7 @@ impl Probes {
             let _ = fs::remove_file(&probe.file);
             self.failed.get_or_insert_with(|| {
                 let (folder, seconds) = (probe.folder.display(), TIMEOUT.as_secs());
-                format!("no event of a file that was written to {folder} arrived within {seconds} s")
+                format!("no event arrived within {seconds} s for a file written to {folder}")
             });
         }
         self.waiting.is_empty()

@@ -226,7 +226,7 @@ fn finer(preset: EnginePreset, format: EngineFormat) -> String {
 
 /// Advises how to keep a light of this radiance in an engine.
 fn remedy(preset: EnginePreset, largest: f32) -> String {
-    let beside = "sun = \"light\" makes it a light beside the image";
+    let beside = "sun = \"light\" makes it a separate light";
     match preset.formats().into_iter().find(|format| format.largest() >= largest) {
         Some(format) => format!("format = {:?} keeps it, or {beside}", format.name()),
         None => beside.into(),

@@ -9,78 +9,79 @@
 //! ```
 //!
 //! Connect an environment, or a cube of `prefilter` that was made with the same `preset`. An environment is
-//! prefiltered as `prefilter` does by default. A cube of other roughnesses or lobes is written by
-//! `export-environment`.
+//! prefiltered with the defaults of `prefilter`. Use `export-environment` to write a cube with other
+//! roughnesses or lobes.
 //!
 //! | `preset` | files | level l of 0 to n holds | formats |
 //! | --- | --- | --- | --- |
 //! {rows: files of engines}
 //!
-//! The first format is the default. r is the roughness of GGX; level 0 is a mirror, the last level
+//! The first format is the default. r is the roughness of GGX; level 0 is a mirror, and the last level is
 //! irradiance over pi. KTX2 files are compressed with Zstandard.
 //!
 //! ## The sky
 //!
-//! An engine that loads a cube gets another one, `-skybox` with the ending of the first, to show behind the
-//! scene: the light as sharp as it is, with ever smaller levels, each the means of 2 x 2 texels, down to one
-//! texel. By default a face has as many texels along its edge as a quarter of the image's width, rounded to a
-//! power of two, at most 2048; `skybox-resolution` gives another number, and `skybox = false` leaves it out.
-//! It lies as the light does. An engine that loads a lat-long image shows that. Its code is in `README.txt`.
+//! An engine that loads a cube gets a second one, `-skybox` with the same extension, to show behind the
+//! scene: the light at full sharpness, with smaller and smaller levels, each the mean of 2 x 2 texels, down
+//! to one texel. By default a face has as many texels along its edge as a quarter of the image's width,
+//! rounded to a power of two, at most 2048; `skybox-resolution` sets another number, and `skybox = false`
+//! leaves it out. It has the same orientation as the light. An engine that loads a lat-long image shows
+//! that image. The code is in `README.txt`.
 //!
-//! ## A sun that is a light
+//! ## The sun as a light
 //!
-//! An engine shades a sun better as a light of its own: it casts shadows, its highlight is sharp, and no
-//! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as
-//! `subtract-lights` takes them out, before anything is made of it: light, sky and irradiance. They are in
-//! `-lights.json`, in the engine's world, and the code that makes lights of them is in `README.txt`. Beside
-//! it they are a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot
-//! `-lights.tscn`, and for Blender and Unreal `-lights.usda`. The last two hold the image, too: import them,
-//! and nothing else is to be done. What remains and the lights are the whole light. Parts of one bright disk,
-//! of up to 12 degrees, are one light.
+//! An engine shades a sun better as a separate light: it casts shadows, its highlight is sharp, and no
+//! format clamps it. With `sun = "light"` the `lights` strongest suns and lamps leave the image, as in
+//! `subtract-lights`, before the light, the sky and the irradiance are made from it. They are in
+//! `-lights.json`, in the engine's world, and `README.txt` has the code that creates lights from it. They
+//! are also written as a scene that the engine imports: `-lights.gltf` (KHR_lights_punctual), for Godot
+//! `-lights.tscn`, and for Blender and Unreal `-lights.usda`. The last two include the image, so importing
+//! them is all you need to do. The rest of the image and the lights together are the whole light. Parts of
+//! one bright disk, of up to 12 degrees, are one light.
 //!
 //! ## Where the light comes from
 //!
-//! A cube lies in each engine as the same lat-long image does. With d the direction in the frame of files (+Y
-//! up, the centre of a lat-long image looks along +Z) and c the coordinates of a cube's faces (KTX2), the
-//! texel at c holds the light from
+//! In each engine, a cube has the orientation of the same lat-long image. If d is the direction in the
+//! frame of files (+Y up, the centre of a lat-long image looks along +Z) and c are the coordinates of a
+//! cube's faces (KTX2), the texel at c holds the light from
 //!
 //! | `preset` | d at c |
 //! | --- | --- |
 //! {rows: directions of engines}
 //!
 //! So the centre of a lat-long image is +X in three.js and Bevy, and +Z in Filament and Babylon.js.
-//! `test-pattern` makes files by which you can see that in your engine.
+//! `test-pattern` makes files with which you can check this in your engine.
 //!
 //! ## What does not fit
 //!
-//! `hdr` and `rgba32f` hold every value, and so does `exr`: its numbers are halves, or 32-bit floats if a
-//! value exceeds 65504, which a note of the build says. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408,
-//! `r11g11b10f` at 64512, `rgbd` at 255. What is brighter is clamped, and a warning says which share of the
-//! red, green and blue light is lost; with `overflow = "error"` the item fails instead. Another format of the
-//! engine may hold it, and so does a light beside the image (`sun`).
+//! `hdr` and `rgba32f` hold every value, and so does `exr`: its numbers are halves, or, with a note, 32-bit
+//! floats if a value exceeds 65504. `rgba16f` and `bc6h` end at 65504, `rgb9e5` at 65408, `r11g11b10f` at
+//! 64512, `rgbd` at 255. Brighter values are clamped, and a warning reports the lost share of the red,
+//! green and blue light; with `overflow = "error"` the item fails instead. Another format of the engine may
+//! be able to hold the values, and a separate light (`sun`) always can.
 //!
-//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so that the nearest number of each texel
-//! would change the light of all together. Tiles of 8 x 8 texels keep their light instead: texels that lie
-//! between two numbers take the farther one if that is needed. A block of `bc6h` holds one or two lines of
-//! colours, and passes on what it loses to the next block. If the light of a channel still changes by more
-//! than 0.1 %, as it does if a few texels hold all light, a warning says by how much.
+//! `rgb9e5`, `r11g11b10f`, `rgbd` and `bc6h` round by percents, so rounding each texel to the nearest
+//! number would change the total light. Instead, tiles of 8 x 8 texels keep their light: a texel between
+//! two numbers takes the farther one if necessary. A block of `bc6h` holds one or two lines of colours, and
+//! the next block compensates for its loss. If the light of a channel still changes by more than 0.1 %, as
+//! it does if a few texels hold all the light, a warning says by how much.
 //!
-//! The sky lights nothing, so no warning says what it loses; `bounds.json` does, as `skybox`.
+//! The sky does not light anything, so there is no warning about its losses; `bounds.json` lists them as
+//! `skybox`.
 //!
-//! `bounds.json` has the largest value, the count and the shares of what was clamped (`lost_light`: red,
-//! green, blue), and of each level the error: what the prefilter leaves out as it was estimated (`error`),
-//! and what the format rounds as it is read back (`stored_error`), both as RMS in relation to the level's
-//! largest value; and what rounding adds to the light of red, green and blue, as a share of it
-//! (`rounded_light`).
+//! `bounds.json` has the largest value, the number of clamped values and the lost shares (`lost_light`:
+//! red, green, blue). For each level it has the estimated error of the prefilter (`error`) and the rounding
+//! error of the format, as read back (`stored_error`), both as RMS relative to the level's largest value,
+//! and the share of red, green and blue light that rounding adds (`rounded_light`).
 //!
-//! Irradiance of nine coefficients rings under a sun, as described in `export-sh`; the least window under
-//! which it is nowhere negative is applied here, too. Babylon.js 8 and later takes the cube of irradiance in
-//! `.env` instead, of all degrees, which does not ring.
+//! Irradiance from nine coefficients rings under a sun, as described in `export-sh`; here, too, the weakest
+//! window under which it is never negative is applied. Babylon.js 8 and later instead uses the irradiance
+//! cube in `.env`, which has all degrees and does not ring.
 //!
 //! ## Files
 //!
-//! In the folder `path`: `environment` with the endings above, `README.txt` with the code that loads them,
-//! and `bounds.json`.
+//! The folder `path` contains `environment` with the extensions above, `README.txt` with the code that
+//! loads them, and `bounds.json`.
 
 use std::any::Any;
 
@@ -127,21 +128,21 @@ parameters! {
         preset: EnginePreset = EnginePreset::DEFAULT,
         /// How texels are stored. Default: the first of the preset's formats.
         format: Option<EngineFormat> = None,
-        /// Of an environment: texels along the edge of a face, 256 if it is not given; rows of a lat-long
-        /// image, by default those of the environment.
+        /// If the input is an environment: texels along the edge of a face, by default 256; or rows of a
+        /// lat-long image, by default those of the environment.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
-        /// Whether an engine that loads a cube gets a sharp one as well, to show behind the scene.
+        /// Whether an engine that loads a cube also gets a sharp one to show behind the scene.
         skybox: bool = true,
         /// Texels along the edge of a face of that cube. Default: as fine as the environment, at most 2048.
         #[range(1..=MAX_RESOLUTION)]
         skybox_resolution: Option<usize> = None,
-        /// Whether suns and lamps stay in the image, or become lights beside it.
+        /// Whether suns and lamps stay in the image, or become separate lights.
         sun: Sun = Sun::Image,
         /// With sun = "light": how many of the strongest suns and lamps become lights, or "all". Default: 8.
         lights: Option<LightCount> = None,
-        /// What happens to values past the largest that the format holds: they become it, with a warning that
-        /// says how much light is lost, or the item fails.
+        /// What happens to values that are too large for the format: they become the largest that it can
+        /// hold, with a warning that reports the lost light, or the item fails.
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -230,7 +231,7 @@ impl Kind for ExportEngine {
         let is_cube = types.contains(&(LIGHT, artifacts::Prefiltered::TYPE));
         let mut errors = Vec::new();
         if is_cube && parameters.sun == Sun::Light {
-            errors.push(("sun", "a prefiltered cube is blurred already; connect an environment".into()));
+            errors.push(("sun", "a prefiltered cube is already blurred; connect an environment".into()));
         }
         if is_cube && !parameters.preset.loads_cube() {
             let name = parameters.preset.name;
@@ -241,7 +242,7 @@ impl Kind for ExportEngine {
             [("resolution", parameters.resolution), ("skybox-resolution", parameters.skybox_resolution)];
         for (name, size) in sizes {
             if is_cube && size.is_some() {
-                errors.push((name, "a prefiltered cube has its size already".into()));
+                errors.push((name, "a prefiltered cube already has a size".into()));
             }
         }
         errors
@@ -350,7 +351,7 @@ fn without_suns(
     let suns = count.of(&found).to_vec();
     let subtracted = environment.without_lights(&suns);
     match (suns.len(), found.len()) {
-        (_, 0) => reporter.note("there is no sun and no lamp to be a light"),
+        (_, 0) => reporter.note("there is no sun or lamp that can become a light"),
         (kept, all) => {
             let taken: f64 = subtracted.taken.iter().sum();
             let taken = share(taken / environment.integral().iter().sum::<f64>());
@@ -386,15 +387,15 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
         let fits = preset.size_with(cube.levels.len()).unwrap_or(edge);
         let (found, name, wanted) = (cube.levels.len(), preset.name, expected.len());
         return Err(Failure::new(format!(
-            "the cube has {found} levels; {name} looks for {wanted} in a cube of {edge}; the nearest size that fits \
-             {found} is {fits}"
+            "the cube has {found} levels; {name} expects {wanted} in a cube of {edge}; the nearest size that \
+             fits {found} is {fits}"
         ))
         .help(help.as_str()));
     }
     for (l, (level, expected)) in cube.levels.iter().zip(&expected).enumerate() {
         if (level.roughness - expected).abs() > 1e-6 {
             let (found, name) = (level.roughness, preset.name);
-            let text = format!("level {l} has roughness {found:.4}; {name} looks for {expected:.4} there");
+            let text = format!("level {l} has roughness {found:.4}, but {name} expects {expected:.4} there");
             return Err(Failure::new(text).help(help.as_str()));
         }
     }
@@ -402,7 +403,10 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
         return Err(Failure::new(
             "the cube is not prefiltered with GGX, the lobe of the engines' reflections",
         )
-        .help("give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for a renderer of your own: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\""));
+        .help(
+            "give distribution = \"ggx\" to the stage of kind prefilter, or write the cube for your own \
+             renderer: kind = \"export-environment\", layout = \"cube\", format = \"ktx2\"",
+        ));
     }
     Ok(())
 }

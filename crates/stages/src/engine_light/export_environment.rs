@@ -10,13 +10,13 @@
 //! path = "{environment}/skybox"
 //! ```
 //!
-//! With `import-environment` before it, and `rotate` between them where the light has to be turned, it
-//! converts any environment that Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula
-//! convert` does the same without a manifest.
+//! After `import-environment`, and `rotate` if the light has to be turned, it converts any environment that
+//! Specula reads: a probe to lat-long, a cross to a KTX2 cube. `specula convert` does the same without a
+//! manifest.
 //!
-//! A lat-long image of the environment's own size has its pixels unchanged. Every other image is resampled
-//! with antialiasing: each texel is the mean of the light over the texel's area, so a small lamp keeps its
-//! energy.
+//! A lat-long image with the environment's own size keeps the pixels unchanged. Every other image is
+//! resampled with antialiasing: each texel is the mean of the light over its area, so a small lamp keeps
+//! its energy.
 //!
 //! ## Files
 //!
@@ -27,20 +27,20 @@
 //! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
 //!
-//! With the other formats the ending is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a
-//! `cube` is one file with six faces in it, and there are no strips and crosses. With `levels = true` they
-//! have levels of detail, each of half of the rows of the one before, with the mean of the light over each
-//! texel's area. `texels` packs texels into 4 bytes or 1 byte, and small parts of the image keep their light;
-//! `zstd` compresses a KTX2 texture without loss.
-//! `import-environment` reads `.exr` and `.hdr` back with the same `layout`, `.ktx2` and `.dds` without it.
+//! With the other formats the extension is `.hdr`, `.png`, `.ktx2` or `.dds`. The last two are textures: a
+//! `cube` is one file with six faces, and there are no strips and crosses. With `levels = true` they have
+//! levels of detail, each with half the rows of the one before, in which a texel is the mean of the light
+//! over its area. `texels` packs texels into 4 bytes or 1 byte, and small parts of the image keep their
+//! light; `zstd` compresses a KTX2 texture without loss. `import-environment` reads `.exr` and `.hdr` back
+//! with the same `layout`, `.ktx2` and `.dds` without it.
 //!
-//! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is only for looking at.
+//! Values are linear Rec. 709 radiance. A PNG is tone-mapped with the `filmic` curve of `contact-sheet`,
+//! and is only for viewing.
 //!
 //! ## Prefiltered cubes
 //!
-//! Connect a cube of `prefilter` instead of an environment to write it with all its levels of detail, for
-//! your own renderer; any lobe and any list of roughnesses will do:
+//! To write a cube with all its levels of detail for your own renderer, connect `prefilter` instead of an
+//! environment. It can have any lobe and any list of roughnesses:
 //!
 //! ```toml
 //! [stage.sheen]
@@ -51,10 +51,11 @@
 //! path = "{environment}/sheen"
 //! ```
 //!
-//! `layout` is `"cube"`, and `format` one that has levels: `"ktx2"` or `"dds"`. Each level has half of the
-//! texels of the one before, and its faces look where those of an environment do. A `.ktx2` names the lobe
-//! and the roughness of each level under the keys `specula.distribution` and `specula.roughness`, and the
-//! build notes them. `export-engine` writes cubes for the engines that it knows.
+//! `layout` must be `"cube"`, and `format` one with levels: `"ktx2"` or `"dds"`. The edge of each level has
+//! half the texels of the one before, and the faces have the same orientation as those of an environment. A
+//! `.ktx2` stores the lobe and the roughness of each level under the keys `specula.distribution` and
+//! `specula.roughness`, and the build notes them. `export-engine` writes cubes for the engines that it
+//! knows.
 
 use std::any::Any;
 use std::borrow::Cow;
@@ -122,20 +123,20 @@ impl PackedTexels {
 parameters! {
     /// Parameters of `export-environment`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the written images; see Files.
+        /// How the sphere is laid out on the written images; see Files.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long image, which has twice as many columns; texels along the edge of a cube's face.
         /// Default: as fine as the environment.
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<usize> = None,
-        /// The container: OpenEXR, Radiance, a tone-mapped PNG for looking, or a KTX2 or DDS texture.
+        /// The container: OpenEXR, Radiance, a tone-mapped PNG for viewing, or a KTX2 or DDS texture.
         format: EnvironmentFormat = EnvironmentFormat::Exr,
-        /// How the texels of a KTX2 or DDS texture are packed: three mantissas with one exponent, 4 bytes, or
-        /// blocks of BC6H, 1 byte a texel. Default: not packed; `precision` has their numbers.
+        /// How the texels of a KTX2 or DDS texture are packed: three mantissas with one exponent, 4 bytes,
+        /// or blocks of BC6H, 1 byte per texel. Default: not packed; then `precision` applies.
         texels: Option<PackedTexels> = None,
         /// Whether a KTX2 or DDS texture of an environment has levels of detail.
         levels: bool = false,
-        /// Whether the levels of a KTX2 texture are compressed by Zstandard.
+        /// Whether the levels of a KTX2 texture are compressed with Zstandard.
         zstd: bool = false,
         /// Stops by which radiance is multiplied.
         #[range(STOPS)]
@@ -220,7 +221,9 @@ impl Parameters {
         let excess = Excess::of(brightest, content, largest);
         if excess.count > 0 && self.numbers.overflow == Overflow::Error {
             let text = format!("{} values exceed {largest}, the largest number of {name}", excess.count);
-            return Err(Failure::new(text).help("leave out `texels`, and precision = \"float\" keeps them"));
+            return Err(
+                Failure::new(text).help("leave out `texels` and set precision = \"float\" to keep them")
+            );
         }
         if excess.count > 0 {
             context.reporter.warn(format!(
@@ -235,9 +238,10 @@ impl Parameters {
             _ => write_dds(texture, texels)?,
         };
         if encoded.negative > 0 {
-            context
-                .reporter
-                .warn(format!("{} negative values became 0, which {name} does not hold", encoded.negative));
+            context.reporter.warn(format!(
+                "{} negative values became 0, because {name} cannot hold them",
+                encoded.negative
+            ));
         }
         Ok(encoded.bytes)
     }
@@ -279,13 +283,13 @@ impl Kind for ExportEnvironment {
             errors.push(("texels", "only format = \"ktx2\" or \"dds\" uses it".into()));
         }
         if parameters.texels.is_some() && parameters.numbers.precision != PrecisionName::Auto {
-            errors.push(("precision", "packed texels have their own".into()));
+            errors.push(("precision", "packed texels already set them".into()));
         }
         if parameters.levels && !parameters.is_texture() {
             errors.push(("levels", "only format = \"ktx2\" or \"dds\" has them".into()));
         }
         if parameters.zstd && parameters.format != EnvironmentFormat::Ktx2 {
-            errors.push(("zstd", "only format = \"ktx2\" is compressed so".into()));
+            errors.push(("zstd", "only format = \"ktx2\" can be compressed".into()));
         }
         errors.extend(parameters.encoding().check());
         errors
@@ -302,10 +306,10 @@ impl Kind for ExportEnvironment {
                 errors.push(("format", text.into()));
             }
             if parameters.levels {
-                errors.push(("levels", "a prefiltered cube has its levels already".into()));
+                errors.push(("levels", "a prefiltered cube already has levels".into()));
             }
             if parameters.resolution.is_some() {
-                errors.push(("resolution", "a prefiltered cube has its size already".into()));
+                errors.push(("resolution", "a prefiltered cube already has a size".into()));
             }
         }
         errors

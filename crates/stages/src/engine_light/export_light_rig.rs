@@ -16,26 +16,26 @@
 //! | `safetensors` | `direction` [n, 3], `radiance` [n, 3], `pdf` and `mip` \[n\], 32-bit | Specula's, +Z up |
 //!
 //! Specula's (x, y, z) is (z, x, y) of glTF and USD. The lights come from `sample-light`, from
-//! `circular-lights`, or from a `project-sh` that keeps lamps beside its series; the series is not written
-//! (`export-sh` does that).
+//! `circular-lights`, or from a `project-sh` with separate lamps; the series is not written (`export-sh`
+//! does that).
 //!
 //! ## glTF and USD
 //!
-//! A node's or prim's -Z is the way that its light goes. `color` is scaled so that its largest channel is 1,
+//! The light of a node or prim travels along its -Z. `color` is scaled so that its largest channel is 1,
 //! and `intensity` times `color` is the irradiance of a surface that faces the light, in the unit of the
-//! environment times steradians: renderers that show radiances of 1 as white show it right. glTF calls this
-//! lux. USD lights have `inputs:angle`, the diameter in degrees, and `inputs:normalize`: without it the
-//! intensity would be the radiance of the disk (OpenUSD, "Normalizing Distant Lights - In Depth"). A glTF
-//! light has no size: renderers shade it as a point, whose highlight is too bright and too small if the light
-//! is larger than the highlight is wide. Its angular radius in degrees is in `extras`.
+//! environment times steradians, which is right for renderers that show a radiance of 1 as white. glTF
+//! calls this lux. USD lights have `inputs:angle`, the diameter in degrees, and `inputs:normalize`: without
+//! it the intensity would be the radiance of the disk (OpenUSD, "Normalizing Distant Lights - In Depth"). A
+//! glTF light has no size: renderers shade it as a point, whose highlight is too bright and too small if
+//! the light is wider than the highlight. Its angular radius in degrees is in `extras`.
 //!
 //! ## Samples
 //!
-//! `safetensors` holds one sample of each light, for renderers that sample an environment by importance and
-//! read it from mip levels. With n lights, W the solid angle of one, `pdf` is 1 / (n W), `radiance` its mean
-//! over W, and `mip` the level of a lat-long map of `resolution` rows whose texels are as large as W
-//! (Krivanek and Colbert 2008). So 1/n times the sum of f(direction) radiance / pdf is the integral of f
-//! times the light.
+//! `safetensors` holds one sample of each light, for renderers that use importance sampling of an
+//! environment and read it from mip levels. With n lights, each with a solid angle W, `pdf` is 1 / (n W),
+//! `radiance` is the mean over W, and `mip` is the level of a lat-long map of `resolution` rows whose
+//! texels are as large as W (Krivanek and Colbert 2008). So 1/n times the sum of f(direction) radiance /
+//! pdf is the integral of f times the light.
 //!
 //! ```python
 //! rig = safetensors.numpy.load_file("rig.safetensors")
@@ -44,8 +44,8 @@
 //!
 //! ## Files
 //!
-//! `.gltf`, `.usda`, `.csv` or `.safetensors` after the item's `path`. A CSV file has no place for the
-//! recipe, which is in a `.json` file beside it.
+//! `.gltf`, `.usda`, `.csv` or `.safetensors` after the item's `path`. A CSV file has no room for the
+//! recipe, which is in a `.json` file next to it.
 
 use containers::{
     SceneAxes, tensors, texture_sidecar, write_csv_lights, write_gltf_lights, write_usda_lights,
@@ -76,7 +76,7 @@ parameters! {
     pub(crate) struct Parameters {
         /// The container; see the table.
         format: RigFormat = RigFormat::Gltf,
-        /// With format "safetensors": rows of the lat-long map whose levels `mip` counts. Default: 512.
+        /// With format "safetensors": rows of the lat-long map whose levels `mip` refers to. Default: 512.
         #[range(1..=MAX_RESOLUTION)]
         #[was("rows")]
         resolution: Option<usize> = None,
@@ -118,11 +118,11 @@ impl Kind for ExportLightRig {
         let lighting = &context.inputs.get::<artifacts::Lighting>("lights")?.0;
         let lights = &lighting.lights[..];
         if lights.is_empty() {
-            return Err(Failure::new("the lighting has no lights beside its series")
+            return Err(Failure::new("the lighting has no separate lights")
                 .help("make some with sample-light, or with lamps = \"separate\" of project-sh"));
         }
         if lighting.series.coefficients().as_flattened().iter().any(|value| *value != 0.0) {
-            context.reporter.note("the series beside the lights is not written");
+            context.reporter.note("only the lights are written, not the series");
         }
         let recipe = Some(context.recipe());
         Ok(Output::files(match parameters.format {

@@ -1,4 +1,4 @@
-//! Writes a lighting's coefficients, for people and for engines.
+//! Writes the coefficients of a lighting, for people and for engines.
 //!
 //! ```toml
 //! [stage.sh]
@@ -16,31 +16,33 @@
 //! | `specula` | Specula's own convention: right-handed, +Z up, orthonormal, no Condon-Shortley phase, radiance | all |
 //! | `directx` | DirectXMath and cmft: left-handed, +Y up, Condon-Shortley signs, radiance | 1 to 5 |
 //! | `unreal` | left-handed, +Z up, Condon-Shortley signs, radiance | 2 |
-//! | `unity` | left-handed, +Y up: SHA, SHB, SHC of what a white diffuse surface reflects | 2 |
-//! | `filament` | right-handed, +Y up: polynomials of what a white diffuse surface reflects | 2 |
+//! | `unity` | left-handed, +Y up: SHA, SHB, SHC of the light that a white diffuse surface reflects | 2 |
+//! | `filament` | right-handed, +Y up: polynomials of the light that a white diffuse surface reflects | 2 |
 //! | `three` | right-handed, +Y up, no phase, radiance | 2 |
-//! | `babylon` | left-handed, +Y up, Condon-Shortley signs: what a white diffuse surface reflects | 2 |
+//! | `babylon` | left-handed, +Y up, Condon-Shortley signs: the light that a white diffuse surface reflects | 2 |
 //! | `babylon-env` | left-handed, +Y up: the polynomial in an `.env` file | 2 |
 //! | `gltf` | left-handed, +Y up, Condon-Shortley signs: irradiance, of EXT_lights_image_based | 2 |
 //!
-//! A preset with a lower degree than the lighting holds the first coefficients (nine for degree 2), and the
-//! build notes it. A diffuse surface loses little: degree 2 holds over 99 % of the energy of its cosine.
+//! If the preset has a lower degree than the lighting, only the first coefficients are written (nine for
+//! degree 2), and the build notes it. Diffuse surfaces lose little: degree 2 holds over 99 % of the energy
+//! of the cosine.
 //!
 //! ## Suns
 //!
-//! Few coefficients cannot hold a sun: the irradiance that they give is negative on the far side. So up to
-//! degree 8 the coefficients are multiplied with the least window, 1 / (1 + lambda l^2 (l + 1)^2), under
-//! which it is nowhere negative (`window = "none"` does not). Softer light needs none, and is not changed.
+//! A few coefficients cannot represent a sun: their irradiance is negative on the far side. So up to degree
+//! 8 the coefficients are multiplied by the weakest window, 1 / (1 + lambda l^2 (l + 1)^2), under which the
+//! irradiance is never negative (`window = "none"` turns this off). Softer light needs no window and does
+//! not change.
 //!
-//! With `lamps = "separate"` the coefficients hold the light without suns and lamps, and `lights` has these,
-//! as directional lights of an engine: a row for each with its direction in the preset's frame, its angular
-//! radius in radians, and the irradiance r, g, b of a surface that faces it. `project-sh` separates lamps if
-//! neither a degree nor a tolerance is given to it.
+//! With `lamps = "separate"` the coefficients hold the light without suns and lamps. These are in `lights`,
+//! as directional lights for an engine: a row for each with its direction in the preset's frame, its
+//! angular radius in radians, and the irradiance r, g, b of a surface that faces it. `project-sh` separates
+//! lamps if it has neither a degree nor a tolerance.
 //!
 //! ## The presets in full
 //!
-//! Each of these is a member of the file, under the same name. A preset loses nothing but the degrees above
-//! its own. A_l is the factor of the cosine: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
+//! Each of these is a member of the file, under the same name. A preset loses only the degrees above its
+//! own. A_l is the factor of the cosine: pi, 2 pi / 3, pi / 4 for l = 0, 1, 2.
 //!
 //! `specula`
 //!
@@ -193,7 +195,7 @@ parameters! {
         /// lighting, or of the preset.
         #[range(0..=Degree::MAX.get())]
         degree: Option<usize> = None,
-        /// Whether suns and lamps are in the coefficients or beside them; see Suns.
+        /// Whether suns and lamps are in the coefficients or separate; see Suns.
         lamps: LampsName = LampsName::Baked,
         /// Up to degree 8: the window against ringing; see Suns.
         #[words(Window::Auto, Window::None)]

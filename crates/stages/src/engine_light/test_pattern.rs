@@ -7,21 +7,21 @@
 //! path = "filament-pattern"
 //! ```
 //!
-//! Three patterns, each in the files of `export-engine` with the same `preset`:
+//! There are three patterns, each in the files of `export-engine` with the same `preset`:
 //!
-//! | name | what the light is |
+//! | name | its light |
 //! | --- | --- |
-//! | `pattern-orient` | L = 2 + 1.5 d: red is the x of the direction, green y, blue z, in the frame of files (+Y up, the centre of a lat-long image looks along +Z). The colour that a mirror shows is where it looked |
-//! | `pattern-axes` | the same six axes as discs with their names, to look at: +X red, -X cyan, +Y green, -Y magenta, +Z blue, -Z yellow; letters stand upright toward +Y, those of +Y and -Y toward +Z |
-//! | `pattern-lod` | level l of detail is 1 + l everywhere, so that the brightness of a surface is the level that the engine reads for its roughness; only for engines that load levels |
+//! | `pattern-orient` | L = 2 + 1.5 d: red is the x of the direction, green y, blue z, in the frame of files (+Y up, the centre of a lat-long image looks along +Z). The colour in a mirror shows the direction in which it looked |
+//! | `pattern-axes` | the six axes as discs with their names, for viewing: +X red, -X cyan, +Y green, -Y magenta, +Z blue, -Z yellow; letters stand upright toward +Y, those of +Y and -Y toward +Z |
+//! | `pattern-lod` | level of detail l has the value 1 + l everywhere, so the brightness of a surface is the level that the engine reads for its roughness, plus one; only for engines that load levels |
 //!
-//! `pattern-orient` is prefiltered exactly: a level is 2 + 1.5 k d, where k is the factor of degree 1 of its
-//! lobe, and irradiance over pi is 2 + d. `specula test-pattern --preset NAME OUT` writes the files without a
-//! manifest.
+//! `pattern-orient` is prefiltered exactly: a level has the value 2 + 1.5 k d, where k is the factor of
+//! degree 1 of its lobe, and irradiance over pi is 2 + d. `specula test-pattern --preset NAME OUT` writes
+//! the files without a manifest.
 //!
 //! ## Files
 //!
-//! In the folder `path`: the files of `export-engine` with these names instead of `environment`, and
+//! The folder `path` contains the files of `export-engine` with these names instead of `environment`, and
 //! `README.txt`.
 
 use engine::{Context, Failure, Kind, Output, Port, Product, parameters};

@@ -1,4 +1,4 @@
-//! Runs a program of yours: a command line with declared inputs and a declared output.
+//! Runs your own program: a command line with declared inputs and a declared output.
 //!
 //! ```toml
 //! [stage.graded]
@@ -17,25 +17,25 @@
 //!
 //! ## The command
 //!
-//! `command` is the program and its arguments. No shell interprets it; use `["sh", "-c", "..."]` for one.
-//! Arguments may hold placeholders:
+//! `command` is the program and its arguments. No shell interprets it; if you need one, use
+//! `["sh", "-c", "..."]`. Arguments can contain placeholders:
 //!
 //! | placeholder | meaning |
 //! | --- | --- |
-//! | `{input.NAME}` | the file that holds what arrives at the port NAME of `inputs` |
+//! | `{input.NAME}` | the file with the input at the port NAME of `inputs` |
 //! | `{input}` | the same, for the short form `input = "STAGE"` |
 //! | `{output}` | the file that the program must write; for type `files`, an existing folder |
 //! | `{folder}` | the manifest's folder |
 //! | `{{`, `}}` | a brace |
 //!
-//! A program without a `/` is looked up in PATH; any other is relative to the manifest's folder. An argument
-//! that names an existing file in the manifest's folder becomes its full path, such as `tools/grade.py` in
-//! the example. Every other relative path is one in the program's working folder, which is not in the
-//! project: write `{folder}/...` for a folder, and for a path that is a part of an argument. Ports may have
-//! any names, and a stage may have none. A port takes every type of artifact, including the types of a
-//! studio's own kinds. The command must use every port, and `{output}`.
+//! A program without a `/` is looked up in PATH; any other is relative to the manifest's folder. An
+//! argument that names an existing file in the manifest's folder, such as `tools/grade.py` in the example,
+//! becomes its full path. All other relative paths are relative to the program's working folder, which is
+//! not in the project: write `{folder}/...` for a folder, and for a path that is part of an argument. Ports
+//! can have any names, and a stage can have no ports. A port takes every type of artifact, including the
+//! types of a studio's own kinds. The command must use every port, and `{output}`.
 //!
-//! ## What a port's file holds
+//! ## The files of ports
 //!
 //! | type | formats; the first is the default |
 //! | --- | --- |
@@ -44,87 +44,89 @@
 //! | `material`, `brdf`, `reflection`, `shrm`, `mesh` | `safetensors` |
 //! | a type of a studio's own kind | `bin`: the bytes as that kind encodes them |
 //!
-//! `formats = { NAME = "hdr" }` chooses another format for a port. `specula inspect` and the manual pages of
+//! `formats = { NAME = "hdr" }` sets another format for a port. `specula inspect` and the manual pages of
 //! the exports describe the tensors' names and shapes, CONVENTIONS.md the frame.
 //!
-//! ## What the program makes
+//! ## The output
 //!
-//! `output = { type = "environment", format = "exr" }` reads back an artifact, in a format of the table
-//! above. The file must be complete. An environment must be twice as wide as high (or have OpenEXR's `envmap`
-//! attribute), and no pixel may be NaN, infinite or negative. Specula encodes the value again, so it does not
-//! matter if the program writes the time into its files: equal values are equal results, and no later stage
-//! reruns.
+//! `output = { type = "environment", format = "exr" }` reads back an artifact, in one of the formats above.
+//! The file must be complete. An environment must be twice as wide as high (or have OpenEXR's `envmap`
+//! attribute), and no pixel may be NaN, infinite or negative. Specula encodes the value again, so it does
+//! not matter if the program writes the time into its files: if the values are equal, so are the results,
+//! and no later stage reruns.
 //!
-//! `output = { type = "file", format = "png" }` publishes the file as it is, `.png` after the item's `path`,
-//! and before it the recipe as `.png.json`. `output = { type = "files", names = ["px.dds", "nx.dds"] }`
-//! publishes a folder of files and the recipe as `/recipe.json`; the last name is the index, which is
-//! replaced after the others. Here equal inputs should give equal bytes.
+//! `output = { type = "file", format = "png" }` publishes the file unchanged as `.png` after the item's
+//! `path`, and before it the recipe as `.png.json`.
+//! `output = { type = "files", names = ["px.dds", "nx.dds"] }` publishes a folder of files and the recipe
+//! as `/recipe.json`; the last name is the index, which is replaced after the others. Here equal inputs
+//! should give equal bytes.
 //!
 //! ## When it reruns
 //!
 //! The stage reruns when an input, a parameter or a *tool file* changes, appears or disappears. Tool files
 //! are
 //!
-//! - the program's file and, of a script, the interpreters in its first line (`#!/usr/bin/env python3`).
-//!   Where PATH leads counts too: the stage reruns when PATH finds another file of that name, or finds it in
-//!   another folder;
-//! - files and folders that a whole argument names, or what follows the `=` of one
+//! - the program's file and, if it is a script, the interpreters in its first line
+//!   (`#!/usr/bin/env python3`). PATH counts too: the stage reruns if PATH leads to another file of that
+//!   name, or to one in another folder;
+//! - files and folders that are a whole argument, or the part of one after `=`
 //!   (`--lut={folder}/tools/film.cube`; without `{folder}` the program would look in its working folder);
-//! - `{folder}/...` wherever it stands, such as in `sh -c "{folder}/tools/run.sh {input} {output}"`. What a
-//!   shell writes there (`> {folder}/log`) is not one;
+//! - `{folder}/...` anywhere in an argument, such as in `sh -c "{folder}/tools/run.sh {input} {output}"`.
+//!   Files that a shell writes there (`> {folder}/log`) are not tool files;
 //! - the files and folders in `tools`.
 //!
 //! All files in a folder are tool files, except hidden files and Python's caches (`__pycache__`). If a
 //! program starts other programs, or a script loads modules, list those in `tools`. Specula does not see
-//! other files that a program reads, or what it receives from the network.
+//! other files that a program reads, or data that it receives from the network.
 //!
-//! If Specula cannot tell which files an argument means, a warning names the argument: the manifest's folder
-//! as a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a folder elsewhere,
-//! a part of a path that a shell fills in (`{folder}/luts/$name.cube`), a word of a script that is also a
-//! file of the project. List those files in `tools`, and the warning goes away.
+//! If Specula cannot work out which files an argument means, a warning names the argument: the manifest's
+//! folder as a whole (`--root={folder}`), a folder that contains `out` or more than 4096 files, a folder
+//! elsewhere, a part of a path that a shell fills in (`{folder}/luts/$name.cube`), a word of a script that
+//! is also a file of the project. List those files in `tools`, and the warning goes away.
 //!
-//! Nothing in `out` can be a tool file: the stage would not wait for the one that makes it. Such a manifest
-//! is refused, even if the path leads there through a link or another spelling. Connect the stage that makes
-//! the file, as an input.
+//! Nothing in `out` can be a tool file, because the stage would not wait for the stage that makes it. Such
+//! a manifest is refused, even if the path leads there through a link or another spelling. Connect the
+//! stage that makes the file as an input instead.
 //!
 //! ## Other machines
 //!
-//! A program may depend on its machine in ways that Specula does not see. So a cache that machines share
-//! (`--remote-cache`) has none of its results, unless `remote = true` says that equal inputs and tool files
-//! give equal results everywhere. Tool files must then be in the manifest's folder or in PATH. If the output
-//! is an environment, the kind of processor is part of the key, as for `import-environment`.
+//! A program may depend on its machine in ways that Specula does not see. So its results are not stored in
+//! a shared cache (`--remote-cache`), unless `remote = true` promises that equal inputs and tool files give
+//! equal results everywhere. Tool files must then be in the manifest's folder or in PATH. If the output is
+//! an environment, the type of processor is part of the key, as with `import-environment`.
 //!
 //! With `remote = true` the program may also run on another machine (`--remote-executor`), which gets the
-//! inputs and the tool files of the manifest's folder. A program that is found in PATH has to be the same
-//! file in the same folder there; if it is another, the item runs here. `platform` says what the machine
-//! must have, such as `platform = { container-image = "docker://studio/tools:7" }`; it is part of the key.
-//! A stage with variables in `env` always runs here.
+//! inputs and the tool files of the manifest's folder. A program in PATH must be the same file in the same
+//! folder there; otherwise the item runs locally. `platform` sets the properties that the machine must
+//! have, such as `platform = { container-image = "docker://studio/tools:7" }`; it is part of the key. A
+//! stage with variables in `env` always runs locally.
 //!
 //! ## The program's environment
 //!
 //! - Its working folder is a scratch folder of the item, which is removed afterwards, even after a failure
-//!   (but see `--keep-scratch` below). Paths of inputs and output are relative to it, and are the same in
+//!   (but see `--keep-scratch` below). Paths of inputs and outputs are relative to it, and are the same in
 //!   every run.
 //! - Its environment variables are `PATH`, as Specula has it; `HOME` and `TMPDIR` (`TEMP`, `TMP`), in the
 //!   scratch folder; `LANG=C.UTF-8`, `TZ=UTC`, `SOURCE_DATE_EPOCH=0`, `PYTHONHASHSEED=0`,
-//!   `PYTHONDONTWRITEBYTECODE=1`; on Windows those that programs need to start (`SystemRoot`, `SystemDrive`,
-//!   `ComSpec`, `PATHEXT`); and those that `env` names. The value of a variable in `env` is part of the key;
-//!   recipes and records hold its digest only.
+//!   `PYTHONDONTWRITEBYTECODE=1`; on Windows those that programs need to start (`SystemRoot`,
+//!   `SystemDrive`, `ComSpec`, `PATHEXT`); and those that `env` lists. The value of a variable in `env` is
+//!   part of the key; recipes and records contain only its digest.
 //! - Standard input is empty. Standard output and standard error are kept in the scratch folder, at most 64
 //!   MiB each, and shown if the program fails.
 //!
 //! ## When it fails
 //!
-//! An exit status other than 0, a signal, `timeout`, or an output that is missing or invalid fails this item
-//! and the items that need it, and no others. After `timeout`, or when the build is cancelled, the program is
+//! An exit status other than 0, a signal, `timeout`, or a missing or invalid output fails this item and the
+//! items that need it, and no others. After `timeout`, or when the build is cancelled, the program is
 //! killed with all processes that it started (on Unix: its process group). Processes that it leaves running
 //! are killed when it ends.
 //!
-//! The failure shows the command with its placeholders filled in, quoted for a shell. With `specula build
-//! --keep-scratch` the scratch folder stays in `.specula/kept`, with the files of inputs, and the command
-//! sets the same environment: paste it into a shell to run the program again. Values of variables in `env`
-//! are not shown; the command takes them from your shell. The folder stays until the item fails again under
-//! that option, or until `specula cache gc`. It is not kept if the program ran on another machine.
+//! The error message shows the command with its placeholders filled in, quoted for a shell. With
+//! `specula build --keep-scratch` the scratch folder stays in `.specula/kept`, with the input files, and
+//! the command sets the same environment: paste it into a shell to run the program again. Values of
+//! variables in `env` are not shown; the command takes them from your shell. The folder stays until the
+//! item fails again with that option, or until `specula cache gc`. It is not kept if the program ran on
+//! another machine.
 
 mod command;
 mod exchange;
@@ -153,9 +155,9 @@ parameters! {
     pub(crate) struct Parameters {
         /// The program and its arguments; see The command.
         command: Command,
-        /// What the program makes; see What the program makes.
+        /// What the program makes; see The output.
         output: ProgramOutput,
-        /// The format of an input's file, by port; see What a port's file holds.
+        /// The format of an input's file, by port; see The files of ports.
         formats: Formats = Formats::default(),
         /// Files and folders, relative to the manifest, that the program uses in addition to those in the
         /// command; see When it reruns.
@@ -167,7 +169,7 @@ parameters! {
         timeout: f64 = 60.0,
         /// Whether other machines may use its results, and run it; see Other machines.
         remote: bool = false,
-        /// What another machine must have that runs it; see Other machines.
+        /// The properties that another machine must have to run it; see Other machines.
         platform: Platform = Platform::default(),
     }
 }

@@ -97,7 +97,7 @@ impl PreviewCatalog {
         }
         let others = turns.other_readers(&graph);
         if !others.is_empty() {
-            changes.push(format!("what {} makes turns too", named(plan, others.into_iter())));
+            changes.push(format!("the output of {} turns too", named(plan, others.into_iter())));
         }
         Ok(LightEdit { text: edited(&file, text, &edits)?, changes })
     }

@@ -315,7 +315,7 @@ impl PreviewCatalog {
         let why = if entry.light_alone.is_some() {
             "white metal shows the light: this pipeline has no material to edit"
         } else {
-            "the reflection has no material of this pipeline"
+            "the reflection does not have a material of this pipeline"
         };
         let item = entry.material.ok_or(why)?;
         let stage = &self.plan.stages[self.plan.items[item].stage];

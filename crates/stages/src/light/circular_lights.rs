@@ -1,4 +1,4 @@
-//! Makes light of disks: lamps of a given direction and size, without an environment.
+//! Makes lights from disks: lamps with a given direction and size, without an environment.
 //!
 //! ```toml
 //! [stage.lamps]
@@ -7,7 +7,7 @@
 //! degree = 4
 //! ```
 //!
-//! `source` names TOML files with a table `light` for each disk:
+//! `source` names TOML files that have one table `light` for each disk:
 //!
 //! ```toml
 //! [[light]]
@@ -26,13 +26,14 @@
 //!
 //! > L_00 = sqrt(pi) (1 - cos(a)), L_l0 = sqrt(pi / (2 l + 1)) (P_(l-1)(cos(a)) - P_(l+1)(cos(a))),
 //!
-//! and about a direction d L_lm = sqrt(4 pi / (2 l + 1)) L_l0 Y_lm(d). Small disks ring when they are cut at
-//! a low degree. So the disks stay lights beside an empty series, as suns and lamps do in `project-sh`, and
-//! what can add them exactly does; what cannot takes their series to `degree`. Maps have the whole disk, with
-//! what a horizon leaves of it, to 1.2e-3 of the highlight's peak at views up to 60 degrees from the normal:
-//! a sun costs one look at the material, a disk as wide as the highlight some thirty, one of ten times that
-//! width some thousands. `lamps = "series"` puts them into the series here. A `window` needs that: it is for
-//! a series, and is applied once. Disks of more than 90 degrees are always in the series.
+//! and about a direction d L_lm = sqrt(4 pi / (2 l + 1)) L_l0 Y_lm(d). Small disks ring if they are
+//! truncated at a low degree. So the disks stay separate lights next to an empty series, as suns and lamps
+//! do in `project-sh`. Kinds that can add them exactly do so; the others use their series up to `degree`.
+//! Maps contain the whole disk, or the part above the horizon, to 1.2e-3 of the highlight's peak at views
+//! up to 60 degrees from the normal: a sun takes one evaluation of the material, a disk as wide as the
+//! highlight about thirty, and one of ten times that width a few thousand. `lamps = "series"` puts the
+//! disks into the series here. A `window` requires that, because it applies to a series. Disks of more than
+//! 90 degrees are always in the series.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -51,8 +52,8 @@ parameters! {
         /// The degree of the series.
         #[range(0..=Degree::MAX.get())]
         degree: usize = 4,
-        /// Whether the disks are lights beside the series or in it. Default: "separate", with a window
-        /// "series".
+        /// Whether the disks are separate lights or in the series. Default: "separate", or "series" with a
+        /// window.
         #[was("lights")]
         lamps: Option<Lamps> = None,
         /// A window for the series, which reduces ringing; see `project-sh`.
@@ -119,7 +120,7 @@ impl Kind for CircularLights {
         let beside = lighting.lights.len();
         context.reporter.note(match beside {
             0 => format!("{} disks in a series of degree {}", disks.len(), degree.get()),
-            _ if beside == disks.len() => format!("{beside} disks beside an empty series"),
+            _ if beside == disks.len() => format!("{beside} disks as lights, and an empty series"),
             _ => format!(
                 "{} of {} disks are larger than 90 degrees and in the series",
                 disks.len() - beside,
@@ -159,7 +160,7 @@ fn read(file: &str, bytes: &[u8]) -> Result<Vec<Disk>, Failure> {
     }
     if disks.is_empty() && errors.is_empty() {
         errors.push(
-            Diagnostic::of_file("there is no light").expected("expected a table [[light]] for each disk"),
+            Diagnostic::of_file("there are no lights").expected("expected a table [[light]] for each disk"),
         );
     }
     if errors.is_empty() {
@@ -178,14 +179,12 @@ fn disk(table: &Table, errors: &mut Vec<Diagnostic>) -> Option<Disk> {
             [Some(_), Some(both)] => {
                 errors.push(Diagnostic::at(
                     both.key_span.clone(),
-                    format!("{second:?} and {first:?} are both given"),
+                    format!("{second:?} and {first:?} exclude each other"),
                 ));
             }
             [None, None] => {
-                errors.push(Diagnostic::at(
-                    table.span.clone(),
-                    format!("neither {first:?} nor {second:?} is given"),
-                ));
+                errors
+                    .push(Diagnostic::at(table.span.clone(), format!("{first:?} or {second:?} is missing")));
             }
             _ => {}
         }

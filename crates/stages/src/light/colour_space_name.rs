@@ -32,7 +32,7 @@ pub(crate) struct ColourSpaceName(pub(crate) ColourSpace);
 impl Parameter for ColourSpaceName {
     fn expected() -> String {
         let names = ColourSpace::ALL.map(|space| format!("{:?}", space.name()));
-        format!("{}, or such a space's name in OCIO or colorInteropID", names.join(", "))
+        format!("{}, or the name of such a space in OCIO or colorInteropID", names.join(", "))
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {

@@ -1,4 +1,4 @@
-//! Reads an environment and makes it a lat-long image of linear Rec. 709 radiance.
+//! Reads an environment and converts it to a lat-long image of linear Rec. 709 radiance.
 //!
 //! ```toml
 //! [stage.environment]
@@ -17,131 +17,132 @@
 //!   compression is PXR24, B44 or B44A. See Layers.
 //! - Radiance: RGBE or XYZE. The header's EXPOSURE is divided out; an EXPOSURE of 0 is ignored with a
 //!   warning.
-//! - PFM: RGB or grey, in either order of bytes.
+//! - PFM: RGB or grey, in either byte order.
 //! - TIFF: unsigned integers of 8 to 64 bits, or floats of 16, 32 or 64; grey, palette, RGB or CMYK. Floats
-//!   hold high dynamic range. Of several pages, the largest is read; thumbnails and masks are not the
-//!   picture.
-//! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 is 1; in HLG, which is
-//!   read as light of the scene, the reference white, a signal of 75 %.
-//! - JPEG with a gain map (Ultra HDR, Adobe's or ISO 21496-1): high dynamic range. It is the full rendition
-//!   in HDR, in which the white of the one in SDR is 1. A damaged map is an error; one that a program has
-//!   removed, or of Apple's own kind, is a warning. A picture whose map leads from HDR down to SDR stays as
-//!   it is.
-//! - Other PNG, JPEG, TGA, WebP and TIFF of integers come with a warning: they hold no light brighter than
-//!   their white.
+//!   hold high dynamic range. If there are several pages, the largest is read, but not thumbnails and
+//!   masks.
+//! - PNG whose cICP chunk says PQ, HLG or linear: high dynamic range. In PQ, 203 cd/m2 becomes 1; HLG is
+//!   read as scene light, and its reference white, a signal of 75 %, becomes 1.
+//! - JPEG with a gain map (Ultra HDR, Adobe's or ISO 21496-1): high dynamic range. The result is the full
+//!   HDR rendition, in which the white of the SDR rendition is 1. A damaged map is an error; if a program
+//!   has removed the map, or if it is of Apple's own format, there is a warning. If the map leads from HDR
+//!   down to SDR, the picture stays as it is.
+//! - Other PNG, JPEG, TGA and WebP files, and TIFF with integers, give a warning: they hold no light
+//!   brighter than their white.
 //!
-//! Alpha is ignored, with a warning if it is below 1. A picture that a camera holds sideways or upside down
-//! (the orientation of Exif in PNG, JPEG and WebP, or of TIFF and TGA) is turned upright.
+//! Alpha is ignored, with a warning if it is below 1. Pictures that a camera stored sideways or upside down
+//! (by the Exif orientation in PNG, JPEG and WebP, or that of TIFF and TGA) are turned upright.
 //!
 //! ## Layers
 //!
-//! Without `layer`, an OpenEXR file of several layers or parts gives the first of the first line that it has,
-//! with a warning that lists them:
+//! If an OpenEXR file has several layers or parts and there is no `layer`, the first match in this list is
+//! read, with a warning that lists all of them:
 //!
 //! 1. the unnamed layer of R, G and B
-//! 2. one that is called `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
-//! 3. another of R, G and B
-//! 4. one of R, G and B whose name says that it holds no light, such as `N`, `normal`, `P`, `position`, `uv`
+//! 2. a layer named `beauty`, `rgba`, `rgb`, `combined`, `color`, `colour`, `image`, `main` or `default`
+//! 3. another layer of R, G and B
+//! 4. a layer of R, G and B whose name does not mean light, such as `N`, `normal`, `P`, `position`, `uv`
 //! 5. luminance and chroma (Y RY BY)
 //! 6. grey (Y)
 //!
-//! X, Y and Z of one layer are a position or a direction, and never read as light.
+//! A layer of X, Y and Z is a position or a direction, and is never read as light.
 //!
-//! The picture is the display window. What the data window does not reach is black, with a warning; it is an
-//! error if it reaches nothing.
+//! The picture is the display window. Parts outside the data window are black, with a warning; it is an
+//! error if the two do not overlap.
 //!
 //! ## Colours
 //!
-//! Everything becomes linear Rec. 709. The primaries are those of the file:
+//! Everything is converted to linear Rec. 709. The primaries are those of the file:
 //!
 //! - OpenEXR: the attribute `colorInteropID` (`lin_ap1_scene`), else `chromaticities`, else a name of a
 //!   linear space in `oiio:ColorSpace` or `colorspace`; without them Rec. 709.
 //! - Radiance: CIE XYZ of equal-energy white with FORMAT=32-bit_rle_xyze, else PRIMARIES, else Rec. 709.
 //! - TIFF, PNG, JPEG and WebP: the ICC profile (sRGB, Display P3, Adobe RGB, Rec. 2020, linear ones and
-//!   others), before which PNG's cICP counts. Without either, integers are taken for sRGB and floats for
-//!   linear Rec. 709.
+//!   others); cICP in PNG overrides it. Without either, integers are assumed to be sRGB and floats linear
+//!   Rec. 709.
 //!
-//! `colour-space` names them for a file that does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3`
-//! (white D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and
-//! `colorInteropID` are understood, too: `ACES - ACEScg`, `lin_rec2020_scene`. It counts before what the file
-//! says, with a warning if the two differ; the curve of a PNG or JPEG stays. A white other than D65 is
+//! `colour-space` sets them if the file does not: `rec709`, `rec2020`, `acescg`, `aces2065-1`, `p3` (white
+//! D65), `prophoto`, `adobergb` or `xyz` (CIE XYZ in which D65 is white). Names of OCIO and
+//! `colorInteropID` are understood, too: `ACES - ACEScg`, `lin_rec2020_scene`. It overrides the file, with
+//! a warning if the two differ; the transfer curve of a PNG or JPEG stays. A white other than D65 is
 //! adapted with the Bradford transform.
 //!
-//! Wider primaries hold colours that Rec. 709 cannot. Such a colour p moves toward its grey of the same
-//! luminance Y, by the least step that leaves no channel negative: p' = Y + t (p - Y) with t = Y / (Y - min
-//! p). A warning says how many pixels that were and how much light it changed; if that is below 0.01 %, as
-//! what 8 bits round, it is a note. Pixels with a negative channel in the file's own primaries are not moved:
-//! see Bad pixels.
+//! Wider primaries can represent colours that Rec. 709 cannot. Such a colour p moves toward the grey of the
+//! same luminance Y, by the smallest step that leaves no channel negative: p' = Y + t (p - Y) with t = Y /
+//! (Y - min p). A warning reports how many pixels moved and how much light changed; a change below 0.01 %,
+//! such as the rounding of 8 bits, is only a note. Pixels with a negative channel in the file's own
+//! primaries do not move: see Bad pixels.
 //!
 //! ## White balance
 //!
-//! `white-balance` names what was white: the temperature of the light in kelvin, of a black body in relation
-//! to D65's 6504 K, which changes nothing; or the colour of a white or grey thing, as `specula inspect` and
-//! viewers show it. `grey-card` measures it, and exposes for it: with the column of the card's left edge, the
-//! row of its upper one, its width and its height in pixels of the picture, the mean of these pixels becomes
-//! 0.18 in each channel. Red, green and blue are multiplied by one factor each; those of `white-balance` keep
-//! the luminance of what was white. `exposure` counts after both. A note says the factors.
+//! `white-balance` says what was white: either the temperature of the light in kelvin, as a black body
+//! relative to D65 (6504 K changes nothing), or the colour of a white or grey object, as `specula inspect`
+//! and viewers show it. `grey-card` measures that colour and exposes for it: you give the column of the
+//! card's left edge, the row of its upper edge, its width and its height in pixels of the picture, and the
+//! mean of these pixels becomes 0.18 in each channel. Red, green and blue are multiplied by one factor
+//! each; the factors of `white-balance` keep the luminance of the white. `exposure` applies after both. A
+//! note reports the factors.
 //!
 //! ## Layouts
 //!
 //! | `layout` | what the image is |
 //! | --- | --- |
-//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute has the layout that the attribute names; a picture whose file says that it shows a part of the sphere is placed, see below; everything else is `lat-long` |
+//! | `auto` | a folder is `cube`; an OpenEXR file with an `envmap` attribute has the layout that the attribute names; if the file says that the picture shows a part of the sphere, it is placed there, see below; everything else is `lat-long` |
 //! | `lat-long` | twice as wide as high, up at the top, pixel centres at half texels; the image centre is Specula's +X |
 //! | `openexr-lat-long` | the lat-long of OpenEXR's `envmap` attribute: the first and last rows lie on the poles, and the last column repeats the first |
 //! | `openexr-cube` | the cube of OpenEXR's `envmap` attribute: six faces below each other, +X -X +Y -Y +Z -Z, in OpenEXR's orientation |
-//! | `probe` | an angular map: the centre looks forward, the distance from it is the angle divided by pi |
+//! | `probe` | an angular map: the centre looks forward, and the distance from it is the angle divided by pi |
 //! | `mirror-ball` | a photographed chrome ball: the distance from the centre is sin(angle / 2) |
 //! | `cube` | six files, see below |
 //! | `cube-cross` | 4 x 3 faces (horizontal cross) or 3 x 4 faces (vertical cross, its -Z turned by half a turn) in one file |
 //! | `cube-strip` | 6 x 1 or 1 x 6 faces in one file, +X -X +Y -Y +Z -Z |
 //!
 //! In Specula's frame +Z is up, and +X is *forward*: the centre of a lat-long image, a probe and a mirror
-//! ball, and the +Z face of a cube. A quarter to the left of a lat-long's centre is +Y. The right of a probe
-//! is -Y, as in a lat-long image; the right of a mirror ball is +Y, because a reflection is mirrored. Faces
-//! are seen from inside the cube: +X is to the right of forward, +Y is up. The crosses unfold around the +Z
-//! face.
+//! ball, and the +Z face of a cube. A quarter of the width to the left of a lat-long's centre is +Y. The
+//! right of a probe is -Y, as in a lat-long image; the right of a mirror ball is +Y, because a reflection
+//! is mirrored. Faces are seen from inside the cube: +X is to the right of forward, +Y is up. The crosses
+//! unfold around the +Z face.
 //!
-//! The layout is never guessed from an image's shape: a square image may be a probe or a mirror ball, and
-//! only its author knows which. If the image's shape does not fit the layout, the item fails.
+//! The layout is never guessed from the shape of the image: a square image can be a probe or a mirror ball,
+//! and only its author knows which. If the image's shape does not fit the layout, the item fails.
 //!
 //! A lat-long image keeps its pixels. Every other layout is resampled with antialiasing: each texel is the
 //! mean of the image over the texel's area, so a small lamp keeps its energy.
 //!
 //! ## Parts of the sphere
 //!
-//! With `layout = "auto"`, a picture is placed where its file says that it belongs on the sphere. `fill` is
-//! the light of the rest, and a warning says how much of the sphere that is. Read are:
+//! With `layout = "auto"`, a picture is placed on the sphere where its file says. `fill` sets the light of
+//! the rest, and a warning reports how much of the sphere that is. These declarations are read:
 //!
 //! - XMP in PNG, JPEG, WebP and TIFF: Google's photo sphere, the names GPano:... of the namespace
 //!   `http://ns.google.com/photos/1.0/panorama/`, as attributes or elements. In OpenEXR, attributes of these
 //!   names (`GPano:ProjectionType`), as OpenImageIO writes them.
 //! - Radiance: the header's VIEW.
 //!
-//! | GPano | what it says |
+//! | GPano | meaning |
 //! | --- | --- |
 //! | `ProjectionType` | `equirectangular`, or a fisheye: `fisheye`, `equidistant`, `angular`, `hemispherical` (equidistant), `equisolid`, `stereographic`, `orthographic`; `dome`, `domemaster`, `fulldome` (equidistant, looking up, its lower side forward). Capitals and hyphens do not matter. Others, such as `cubestrip` and `cylindrical`, are an error |
 //! | `FullPanoWidthPixels`, `FullPanoHeightPixels` | the size of the whole, 360 x 180 degrees |
 //! | `CroppedAreaImageWidthPixels`, `CroppedAreaImageHeightPixels` | the size of the picture before it was resized |
-//! | `CroppedAreaLeftPixels`, `CroppedAreaTopPixels` | its place in the whole; it may reach past the right border, and continues at the left |
+//! | `CroppedAreaLeftPixels`, `CroppedAreaTopPixels` | its position in the whole; if it extends past the right border, it continues at the left |
 //! | `PosePitchDegrees`, `PoseRollDegrees` | how the camera was tilted: the light is turned until the horizon is level, with a warning |
-//! | `PoseHeadingDegrees` | where the camera looked: the light is not turned by it, and a note says so |
+//! | `PoseHeadingDegrees` | where the camera looked: the light is not turned by this, and a note says so |
 //!
-//! A missing size or place is assumed, with a warning: half or twice the other one, the picture's own size,
-//! the middle. It is an error if they are not numbers, or contradict each other or the shape of the picture.
-//! With ProjectionType alone, the picture is the whole.
+//! If a size or position is missing, a default is assumed, with a warning: half or twice the other one, the
+//! picture's own size, or the middle. It is an error if they are not numbers, or contradict each other or
+//! the shape of the picture. If there is only a ProjectionType, the picture is the whole.
 //!
-//! A crop whose pixels are pixels of a whole of 2:1 keeps them; others are resampled. A fisheye is a square
-//! of 180 degrees, with a warning that this was assumed. The sizes change that: a full panorama of 2:1 has
-//! 360 x 180 degrees at the pixels of an equidistant fisheye, a square one 180 x 180.
+//! A crop keeps its pixels if they are pixels of a 2:1 whole; others are resampled. A fisheye is assumed to
+//! be a square of 180 degrees, with a warning. Sizes change that: a full panorama of 2:1 has 360 x 180
+//! degrees at the pixels of an equidistant fisheye, a square one 180 x 180.
 //!
-//! A VIEW of Radiance is read if its type is a fisheye: `-vta` (equidistant), `-vth` (orthographic) or `-vts`
-//! (stereographic), with the degrees `-vh` and `-vv`, the direction `-vd` and up `-vu`, the shift `-vs` and
-//! lift `-vl`. Radiance's +Y is Specula's +X, its +Z up. What lies farther from the axis than half of the
-//! larger of `-vh` and `-vv`, such as a square's corners, is not read. With other types, a warning says that
-//! the picture was taken for the whole sphere.
+//! A VIEW of Radiance is read if its type is a fisheye: `-vta` (equidistant), `-vth` (orthographic) or
+//! `-vts` (stereographic), with the degrees `-vh` and `-vv`, the direction `-vd` and up `-vu`, the shift
+//! `-vs` and lift `-vl`. Radiance's +Y is Specula's +X, its +Z up. Pixels farther from the axis than half
+//! of the larger of `-vh` and `-vv`, such as a square's corners, are not read. With other types, a warning
+//! says that the picture was assumed to show the whole sphere.
 //!
-//! `layout = "lat-long"` takes the picture for the whole sphere, whatever its file says.
+//! `layout = "lat-long"` treats the picture as the whole sphere and ignores these declarations.
 //!
 //! ## Six faces
 //!
@@ -158,47 +159,49 @@
 //! | +Z | `pz`, `posz`, `zpos`, `+Z`, `c04` | `front` | `rt` |
 //! | -Z | `nz`, `negz`, `zneg`, `-Z`, `c05` | `back` | `lf` |
 //!
-//! Words mean different things in different programs. In Quake's and Source's frame, which is Specula's, `rt`
-//! is forward (+X, yaw 0), and what lies to the right of `ft` is `lf`. Unity's skybox of six sides
-//! (`_FrontTex`, `_LeftTex`) has its left at +X, to the right of the front, too. So the pictures decide: if
-//! their edges do not meet in the usual arrangement of the words, but do in another of these, they are
-//! arranged so, with a note. A letter before the word (`desertrt.tga`) is fine if all six are there.
+//! These words mean different things in different programs. In Quake's and Source's frame, which is
+//! Specula's, `rt` is forward (+X, yaw 0), and `lf` is to the right of `ft`. Unity's skybox of six sides
+//! (`_FrontTex`, `_LeftTex`) also has its left at +X, to the right of the front. So the pictures decide: if
+//! their edges do not match in the usual arrangement of the words, but do in one of these others, that
+//! arrangement is used, with a note. A letter before the word (`desertrt.tga`) is fine if all six are
+//! there.
 //!
 //! ## Textures
 //!
-//! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube,
-//! which in a prefiltered one is the mirror, or of one picture, which `layout` describes as that of any
-//! other. Texels are halves, floats, RGB9E5, R11G11B10F, BC6H (also signed), RGBD or bytes, which hold no
-//! high dynamic range, as a warning says. KTX2 may be compressed with Zstandard or zlib.
+//! KTX2, KTX, DDS and Babylon.js' `.env` are read, and glTF with EXT_lights_image_based: level 0 of a cube
+//! (the mirror level of a prefiltered one), or of a single picture, whose layout `layout` gives as usual.
+//! Texels are halves, floats, RGB9E5, R11G11B10F, BC6H (also signed), RGBD or bytes. Bytes hold no high
+//! dynamic range, and a warning says so. KTX2 may be compressed with Zstandard or zlib.
 //!
-//! The faces lie as KTX2's table has them (see above). Some engines look them up in another frame: `preset`
-//! names the engine for which the file was made ({list: engines that load a cube}). A file that
-//! Specula wrote says so itself, in all containers but DDS. Without either, the cubes of `.env` and of glTF
+//! The faces are arranged as in the KTX2 specification (see above). Some engines look them up in another
+//! frame: `preset` names the engine for which the file was made ({list: engines that load a cube}). Files
+//! that Specula wrote record this themselves, except DDS. Without either, the cubes of `.env` and of glTF
 //! are in Babylon.js' frame, which those formats come from.
 //!
 //! ## Bad pixels
 //!
 //! NaN, infinite and negative values spoil every coefficient that is computed from them. The message counts
-//! them, and names the pixel and the direction of the first of each:
+//! them, and gives the pixel and the direction of the first of each:
 //!
 //! | `bad-pixels` | what happens |
 //! | --- | --- |
-//! | `zero-negative` | negative values become 0, with a warning that says which share of the light they are; NaN and infinite values are an error |
+//! | `zero-negative` | negative values become 0, with a warning that gives their share of the light; NaN and infinite values are an error |
 //! | `error` | the item fails |
 //! | `zero` | each becomes 0, with a warning |
 //! | `clamp` | NaN, negative values and -Inf become 0, +Inf becomes the largest finite value of the image, with a warning |
 //!
-//! Lossy compression (DWA) and the filters of renderers leave a few negative values beside lamps, which is
-//! why they are no error by default.
+//! Lossy compression (DWA) and the filters of renderers leave a few negative values next to lamps, so these
+//! are not an error by default.
 //!
-//! `specula check` reads the header of an image alone: it finds a wrong shape, a layer that does not exist
+//! `specula check` reads only the header of an image: it finds a wrong shape, a layer that does not exist
 //! and a file that is not an image, but not bad pixels.
 //!
 //! ## Processors
 //!
-//! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in last
-//! bits between processors with and without AVX2, and on ARM. So the kind of processor is part of the key:
-//! machines of different kinds do not share these items, and later ones if the pixels are equal.
+//! The pixels of DWA-compressed OpenEXR, and of images with an ICC profile made of tables, differ in the
+//! last bits between processors with AVX2, without AVX2, and ARM. So the type of processor is part of the
+//! key: machines with different types do not share these items. They share later items if the pixels are
+//! equal.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -247,12 +250,12 @@ choice! {
 parameters! {
     /// Parameters of `import-environment`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the image; see Layouts. "auto" takes it from the source: a folder is a
-        /// cube, an `envmap` attribute names its layout, a part of the sphere is placed as its file says, and
-        /// everything else is lat-long.
+        /// How the sphere is laid out on the image; see Layouts. "auto" takes it from the source: a folder
+        /// is a cube, an `envmap` attribute names its layout, a part of the sphere is placed as its file
+        /// says, and everything else is lat-long.
         layout: OrAuto<LayoutName> = OrAuto::Auto,
-        /// The light from where a picture of a part of the sphere shows nothing: "black"; "mean", the mean of
-        /// what it shows; "edge", that of the nearest pixel; or linear Rec. 709 radiance, [red, green, blue]
+        /// The light of the rest if a picture shows only a part of the sphere: "black"; "mean", the mean of
+        /// the picture; "edge", that of the nearest pixel; or linear Rec. 709 radiance, [red, green, blue]
         /// or one number, before `exposure`. See Parts of the sphere.
         fill: FillName = FillName(Fill::Black),
         /// The layer of an OpenEXR file: a part's name, a prefix of channels, or "part.prefix". Default: see
@@ -274,11 +277,11 @@ parameters! {
         /// What happens to NaN, infinite and negative values; see Bad pixels.
         bad_pixels: BadPixelsName = BadPixelsName(BadPixels::ZeroNegative),
         /// The primaries of the values: rec709, rec2020, acescg, aces2065-1, p3, prophoto, adobergb or xyz,
-        /// or such a space's name in OCIO or `colorInteropID`; see Colours. Default: what the file says, or
-        /// else rec709.
+        /// or the name of such a space in OCIO or `colorInteropID`; see Colours. Default: as the file says,
+        /// or else rec709.
         colour_space: Option<ColourSpaceName> = None,
-        /// The engine for which a cube in a texture was made; see Textures. Default: what the file says, or
-        /// else the frame of KTX2's table.
+        /// The engine for which a cube in a texture was made; see Textures. Default: as the file says, or
+        /// else the frame of KTX2.
         preset: Option<EnginePreset> = None,
     }
 }
@@ -448,7 +451,7 @@ impl SourcePictures {
         if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
             let face = FaceName::parse(&name(source)).ok_or_else(|| {
                 Failure::new(format!(
-                    "{} is not a folder of six faces, and its name does not end in a face's word",
+                    "{} is not a folder of six faces, and its name does not end in a word for a face",
                     name(source)
                 ))
                 .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
@@ -536,7 +539,7 @@ fn read_texture(
     if let OrAuto::Fixed(LayoutName(layout)) = parameters.layout
         && layout != Layout::Cube
     {
-        let message = format!("the file holds a cube, which layout = \"{}\" is not", layout.name());
+        let message = format!("the file holds a cube, but layout = \"{}\" is not one", layout.name());
         return Err(within(Failure::new(message).help("remove `layout`")));
     }
     let declared = recipe.as_deref().and_then(EnginePreset::of_recipe);
@@ -545,14 +548,13 @@ fn read_texture(
     {
         let (declared, wanted) = (declared.name, wanted.name);
         reporter.warn(format!(
-            "{}: the file was written for {declared}; it is read with preset = \"{wanted}\"",
+            "{}: the file was written for {declared}, but is read with preset = \"{wanted}\"",
             name(path)
         ));
     }
     let usual = is_for_babylon.then_some(EnginePreset::BABYLON);
     let preset = parameters.preset.or(declared).or(usual);
-    let frame =
-        preset.map_or("the frame of KTX2's table".into(), |preset| format!("the frame of {}", preset.name));
+    let frame = preset.map_or("the frame of KTX2".into(), |preset| format!("the frame of {}", preset.name));
     reporter.note(format!("{}: {format}, a cube{levels}, in {frame}", name(path)));
     if let Some(preset) = preset {
         let pixels = preset.turned_back(&image);

@@ -1,4 +1,4 @@
-//! Puts lightings at points: light that is not far away, and so differs over an object.
+//! Places lightings at points: light that is near, so that it differs over an object.
 //!
 //! ```toml
 //! [stage.near]
@@ -7,21 +7,22 @@
 //! points = { window = [0, -2, 1], door = [0, 2, 1] }
 //! ```
 //!
-//! Each lighting is what arrives at one point, measured or rendered there (Kautz, Sloan and Snyder 2002,
-//! section 4). `lightings` receives all items of a stage, and `points` says where each is, by its name: the
-//! stem of the file that it was made of, or of several files, `"sky, gold"`. Places are in the mesh's unit,
-//! +Z up. Every lighting needs a point, and every point a lighting.
+//! Each lighting is the light that arrives at one point, measured or rendered there (Kautz, Sloan and
+//! Snyder 2002, section 4). `lightings` receives all items of a stage, and `points` gives the place of each
+//! by its name: the stem of its file, or of several files, `"sky, gold"`. Places are in the mesh's unit, +Z
+//! up. Every lighting needs a point, and every point a lighting.
 //!
 //! `shade-vertices` and `export-gltf` take the result as their `lighting`. Between the points x_k light is
 //! blended by the squares of the inverse distances (Shepard 1968),
 //!
 //! > L(p) = sum over k of w_k L_k, w_k = |p - x_k|^-2 / sum over j of |p - x_j|^-2
 //!
-//! which is L_k at the point itself, smooth, never brighter than all points, and their mean far away. One
-//! point gives the same light everywhere. Points may lie anywhere, around the object rather than in it.
+//! which is L_k at the point itself, smooth, never brighter than the brightest point, and the mean of all
+//! far away. A single point gives the same light everywhere. Points can be anywhere, preferably around the
+//! object rather than in it.
 //!
-//! Lights beside a series (`project-sh`, `circular-lights`) are taken into it, to its degree: nothing of them
-//! is sharp. If the lightings have several degrees, the lower ones are continued with zeros.
+//! Separate lights (`project-sh`, `circular-lights`) are added to the series, up to its degree, so they are
+//! not sharp. If the lightings have different degrees, the lower ones are padded with zeros.
 
 use std::collections::BTreeMap;
 
@@ -105,10 +106,9 @@ impl Kind for LightFieldKind {
         let beside: usize = named.values().map(|lighting| lighting.lights.len()).sum();
         match beside {
             0 => {}
-            1 => reporter.note("1 light beside a series is taken into it, to its degree"),
-            _ => {
-                reporter.note(format!("{beside} lights beside series are taken into them, to their degrees"))
-            }
+            1 => reporter.note("1 separate light is added to its series, up to its degree"),
+            _ => reporter
+                .note(format!("{beside} separate lights are added to their series, up to their degrees")),
         }
         let places = points.values().map(|Place(place)| *place).collect();
         let lights = named.values().map(|lighting| lighting.whole()).collect();

@@ -19,7 +19,9 @@ pub(crate) fn difference(environment: &Environment, reflection: &Reflection) -> 
     let lights = reflection.lamps().map(|lamps| lamps.lights.clone()).unwrap_or_default();
     let lighting = Lighting { series: reflection.lighting().to_degree(degree), lights };
     is_of_another(environment, lighting).then(|| {
-        "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was".into()
+        "the reflection was not made from this environment: connect the one that was projected, turned in \
+         the same way as the lighting"
+            .into()
     })
 }
 
@@ -32,8 +34,7 @@ pub(crate) fn difference_from_scales(environment: &Environment, scales: &ScaleSp
         rgb.iter_mut().for_each(|value| *value /= share);
     }
     is_of_another(environment, Lighting { series, lights: scales.lights().to_vec() }).then(|| {
-        "the scale space was not made from this environment: connect the one that `scale-space` was given"
-            .into()
+        "the scale space was not made from this environment: connect the input of `scale-space`".into()
     })
 }
 
@@ -91,7 +92,7 @@ mod tests {
             difference(&lit.rotated(turn, Stop::NEVER).unwrap(), &reflection(&lighting))
         };
         assert_eq!(turned(1.0), None);
-        assert!(turned(30.0).unwrap().contains("turned as the lighting was"));
+        assert!(turned(30.0).unwrap().contains("turned in the same way as the lighting"));
         // Light from everywhere has no direction to compare.
         let even = environment(|_| 0.7);
         let flat = Transform::new(even.grid(), degree).unwrap().analyse(even.pixels());

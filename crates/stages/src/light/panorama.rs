@@ -84,7 +84,7 @@ impl Shown {
             && envmap != wanted
         {
             reporter.warn(format!(
-                "the file's envmap attribute says {}; it is read with layout = \"{}\"",
+                "the file's envmap attribute says {}, but it is read with layout = \"{}\"",
                 envmap.name(),
                 wanted.name()
             ));
@@ -96,7 +96,8 @@ impl Shown {
             let by = if wanted.is_some() { "the manifest" } else { "the file's envmap attribute" };
             if let Shows::Part(_, what) = &panorama.shows {
                 reporter.warn(format!(
-                    "{name}: {} says that the picture shows {what}; {by} says layout = \"{}\", which counts",
+                    "{name}: {} says that the picture shows {what}; {by} says layout = \"{}\", which \
+                     overrides it",
                     panorama.source,
                     layout.name()
                 ));
@@ -113,8 +114,8 @@ impl Shown {
                 Ok(Self { coverage: part.into(), turn, what })
             }
             Shows::Unclear(why) => Err(Failure::new(format!("{source}: {why}")).help(
-                "correct the file's metadata, or remove them; layout = \"lat-long\" takes the picture for the \
-                 whole sphere, whatever they say",
+                "correct the file's metadata, or remove them; layout = \"lat-long\" treats the picture as \
+                 the whole sphere and ignores them",
             )),
         }
     }
@@ -124,12 +125,12 @@ impl Shown {
         let what = &self.what;
         let missing = part.missing();
         if missing < NOTHING {
-            reporter.note(format!("{what}; nothing of the sphere is missing"));
+            reporter.note(format!("{what}; no part of the sphere is missing"));
             return;
         }
         let missing = about(missing);
         let rest = match fill {
-            Fill::Black => "is black; fill = \"edge\" or \"mean\" or a colour puts light there".to_owned(),
+            Fill::Black => "is black; fill = \"edge\" or \"mean\" or a colour adds light there".to_owned(),
             Fill::Mean => "was filled with the picture's mean light".to_owned(),
             Fill::Edge => "was filled with the light at the picture's border".to_owned(),
             Fill::Colour(_) => "was filled with one colour".to_owned(),

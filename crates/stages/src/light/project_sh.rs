@@ -21,32 +21,32 @@
 //! | `samples` | smooth: pixels are samples of a function of limited degree, which is integrated exactly | as above |
 //! | `texels` | constant over each pixel's area, with a step at its edges: the integral of Y_lm over the area is exact | any |
 //!
-//! Of smooth light, a coefficient differs by a share of about (pi l / H)^2 / 24: 0.06 % at degree 20 for 512
-//! rows. `texels` fits light that is sampled pixel by pixel, as `sample-light` and path tracers do: a sun of
-//! one pixel has exactly that pixel's light.
+//! For smooth light, a coefficient differs by a share of about (pi l / H)^2 / 24: 0.06 % at degree 20 for
+//! 512 rows. `texels` matches light that is sampled pixel by pixel, as by `sample-light` and path tracers:
+//! a sun of one pixel has exactly that pixel's light.
 //!
 //! ## Lamps
 //!
-//! Photographs hold suns 10^5 times brighter than their mean. Every series that is cut rings around them, in
-//! stops. So if you name neither a degree nor a tolerance, suns and lamps leave the series: pixels more than
-//! 10 times brighter than the mean over the sphere are cut down to that, and what is cut off becomes a few
-//! `lights`, disks with a direction, an angular radius and an irradiance. The series then
-//! has the degree of the image, at most 255, and `convolve` takes from it what each material shows. Exports
-//! put the lights back into their maps, or write them beside these (`lamps` of `export-shrm`).
+//! Photographs hold suns 10^5 times brighter than their mean. Every truncated series rings around them, by
+//! stops. So if you set neither a degree nor a tolerance, suns and lamps leave the series: pixels more than
+//! 10 times brighter than the mean over the sphere are cut down to that, and the excess becomes a few
+//! `lights`, disks with a direction, an angular radius and an irradiance. The series then has the degree of
+//! the image, at most 255, and `convolve` takes from it the degrees that each material shows. Exports put
+//! the lights back into their maps, or write them separately (`lamps` of `export-shrm`).
 //!
-//! `lamps = "separate"` does this for a given degree too, and `lamps = "series"` never.
+//! `lamps = "separate"` also does this for a given degree, and `lamps = "series"` never does it.
 //!
 //! ## Choosing a degree
 //!
-//! A `tolerance` takes the least degree F that holds 1 - `tolerance` of the energy
-//! [Ram02, eqs. 5.15 and 5.16], of the whole light:
+//! With a `tolerance`, the degree F is the least one that holds 1 - `tolerance` of the energy of the whole
+//! light [Ram02, eqs. 5.15 and 5.16]:
 //!
 //! > sum over l <= F, m of L_lm^2 >= (1 - tolerance) * integral of L(w)^2 dw
 //!
-//! The energy of an environment with a small bright sun decays slowly, so its degree is high; if no degree of
-//! the image holds enough, the highest possible one is taken, with a warning. Most materials need less:
-//! `convolve` works to the smaller degree of lighting and material. The build notes the degree, the energy
-//! that it holds, and (up to degree 128) the minimum of the resulting function.
+//! The energy of an environment with a small bright sun decays slowly, so its degree is high; if no degree
+//! of the image holds enough, the highest possible one is used, with a warning. Most materials need less:
+//! `convolve` uses the smaller degree of lighting and material. The build notes the degree, its share of
+//! the energy, and (up to degree 128) the minimum of the resulting function.
 //!
 //! ## Windows
 //!
@@ -59,27 +59,27 @@
 //! | `hanning` | (1 + cos(pi l / (F + 1))) / 2 |
 //! | `lanczos` | sin(x) / x with x = pi l / (F + 1) |
 //! | `laplacian` | 1 / (1 + `lambda` l^2 (l + 1)^2), the least squares with the squared Laplacian as a penalty |
-//! | `non-negative` | the weakest `laplacian` window that makes the function non-negative |
+//! | `non-negative` | the weakest `laplacian` window under which the function is not negative |
 //!
 //! `lambda` = 1 / (F (F + 1))^2 halves the highest degree. With `non-negative` the build notes the function's
 //! minimum before and after. Every window keeps the mean of each colour.
 //!
 //! ## No negative values
 //!
-//! `non-negative = "nearest"` replaces the function, after its window, by the nearest one that is nowhere
-//! negative: of all functions g >= 0 of the same degree, the one with the least integral of (g - f)^2, each
-//! colour channel by itself. Lights stay as sharp as the degree allows: a narrow lobe changes by 1 to 20
-//! percent in L2, and by more than 80 percent under the window `non-negative`. The mean may rise by a few
-//! percent; `"nearest-same-mean"` takes the nearest of those with the same mean, which changes f more. The
-//! build notes the change in L2, which is the root of the integral of (g - f)^2 over that of f^2, and the
-//! minimum before and after.
+//! `non-negative = "nearest"` replaces the function, after its window, with the nearest one that is never
+//! negative: among all functions g >= 0 of the same degree, the one with the least integral of (g - f)^2,
+//! separately for each colour channel. Lights stay as sharp as the degree allows: a narrow lobe changes by
+//! 1 to 20 percent in L2, and by more than 80 percent under the window `non-negative`. The mean may rise by
+//! a few percent; `"nearest-same-mean"` takes the nearest function with the same mean, which changes f
+//! more. The build notes the change in L2, which is the root of the integral of (g - f)^2 over that of f^2,
+//! and the minimum before and after.
 //!
-//! The time grows by the sixth power of the degree, to about half a minute at degree 32 for a function that
-//! is negative in half of all directions. So you must give `degree` or `tolerance`, and a degree above 32 is
-//! an error. (Without them the series has up to 255 degrees, and `convolve` cuts it later, which would make
-//! it ring again.) A black channel stays black. An image with negative pixels may have a channel whose
-//! nearest function is black although the channel is not: it has no mass, and the item fails. It also fails
-//! if the mean must be kept and is not positive.
+//! The time grows with the sixth power of the degree, to about half a minute at degree 32 for a function
+//! that is negative in half of all directions. So you must set `degree` or `tolerance`, and a degree above
+//! 32 is an error. (Without them the series has up to 255 degrees, and `convolve` truncates it later, which
+//! would make it ring again.) A black channel stays black. If an image has negative pixels, the nearest
+//! function of a channel can be black although the channel is not: it has no mass, and the item fails. The
+//! item also fails if the mean must be kept and is not positive.
 
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, choice, parameters};
 use envmap::Environment;
@@ -105,15 +105,15 @@ choice! {
 parameters! {
     /// Parameters of `project-sh`.
     pub(crate) struct Parameters {
-        /// The highest l, inclusive, or "auto": without a `tolerance` as many as a material may show, with
-        /// one the least degree that meets it.
+        /// The highest l, inclusive, or "auto": as many degrees as a material may show or, with a
+        /// `tolerance`, the least degree that meets it.
         #[range(0..=Degree::MAX.get())]
         degree: OrAuto<usize> = OrAuto::Auto,
         /// With degree "auto": the share of the energy that may be lost.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Where suns and lamps go; see Lamps. Default: "separate" if neither `degree` nor `tolerance` is
-        /// given, otherwise "series".
+        /// Where suns and lamps go; see Lamps. Default: "separate" if there is neither a `degree` nor a
+        /// `tolerance`, otherwise "series".
         lamps: Option<Lamps> = None,
         /// What a pixel is: a sample of smooth light, or the mean over its area.
         quadrature: Quadrature = Quadrature::Samples,
@@ -194,7 +194,7 @@ impl Kind for ProjectSh {
                 _ => {}
             }
             if parameters.window == Window::NonNegative {
-                let text = "window = \"non-negative\" already leaves nothing negative";
+                let text = "window = \"non-negative\" already prevents negative values";
                 errors.push(("non-negative", text.into()));
             }
         }
@@ -321,8 +321,9 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Resu
     let held = energy_share(energy[..=degree.get()].iter().sum(), total);
     if enough.is_none() {
         reporter.warn(format!(
-            "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a larger image holds \
-             more, and without `tolerance` and `degree` the lamps, which need it, are kept as lights",
+            "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a \
+             larger image holds more; without `tolerance` and `degree` the lamps become separate lights and \
+             need no degrees",
             tolerance.get(),
             degree.get()
         ));

@@ -11,12 +11,12 @@
 //!
 //! > R = R_z(yaw) R_y(pitch) R_x(roll)
 //!
-//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive pitch
-//! lowers what was at +X. A `quaternion` may be given instead of angles.
+//! A positive yaw moves the light that was at +X toward +Y, to the left of a lat-long image; a positive
+//! pitch tilts the horizon at +X down. You can give a `quaternion` instead of angles.
 //!
-//! Coefficients are rotated exactly, degree by degree (each l's coefficients mix among themselves), whatever
-//! the angles. An environment's pixels are resampled, which loses a little sharpness: if both would do,
-//! rotate the lighting.
+//! Coefficients are rotated exactly for all angles, degree by degree (the coefficients of each l mix among
+//! themselves). The pixels of an environment are resampled, which loses a little sharpness. If you can
+//! rotate either, rotate the lighting.
 
 use engine::{
     Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,
@@ -59,7 +59,7 @@ parameters! {
     pub(crate) struct Parameters {
         /// The turn about +Z, in degrees, counter-clockwise as seen from above.
         yaw: f64 = 0.0,
-        /// The turn about +Y, in degrees, applied before yaw; positive lowers +X.
+        /// The turn about +Y, in degrees, applied before yaw; a positive pitch tilts the horizon at +X down.
         pitch: f64 = 0.0,
         /// The turn about +X, in degrees, applied first.
         roll: f64 = 0.0,
@@ -129,7 +129,7 @@ impl Kind for Rotate {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let angles = [parameters.yaw, parameters.pitch, parameters.roll];
         if parameters.quaternion.is_some() && angles != [0.0; 3] {
-            return vec![("quaternion", "the rotation is already given by yaw, pitch or roll".into())];
+            return vec![("quaternion", "yaw, pitch or roll already set the rotation".into())];
         }
         Vec::new()
     }

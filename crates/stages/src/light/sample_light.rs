@@ -1,4 +1,4 @@
-//! Makes a light rig: a few lights in place of an environment, a lighting or a reflection.
+//! Makes a light rig: a few lights that replace an environment, a lighting or a reflection.
 //!
 //! ```toml
 //! [stage.rig]
@@ -7,42 +7,42 @@
 //! count = 16
 //! ```
 //!
-//! The light is divided into regions, and each becomes a disk: with the light of its region, in the direction
-//! of its centroid, as wide as that light is spread. All disks together have the whole light, in each colour.
-//! So a renderer with shadows for some lights, but without environments, can show it.
+//! The light is divided into regions, and each region becomes a disk with the light of the region, in the
+//! direction of its centroid, and as wide as the light is spread. All disks together have the whole light,
+//! in each colour. So a renderer that supports shadows for some lights, but no environments, can show it.
 //!
 //! | `method` | regions |
 //! | --- | --- |
 //! | `median-cut` | rectangles: the one with the most light is cut into two halves of equal light, across its longer side, until there are enough (Debevec 2005) |
-//! | `warped` | all that is nearest to one of a set of points, which lie as densely as there is light |
+//! | `warped` | the directions that are nearest to each point of a set, whose density follows the light |
 //!
-//! Median cuts are even: each light has about the same light, and there are as many as asked for. Warped
-//! points follow soft light a little better; several that fall into one small sun are one light. The report's
+//! Median cuts are even: all lights are about equally strong, and there are as many as you ask for. Warped
+//! points follow soft light a little better; several points in one small sun become one light. The report's
 //! section `rigs` shows how many lights your materials need; docs/sampling.md is about sampling in general.
 //!
 //! ## What is sampled
 //!
-//! An environment as its texels are. A lighting by the exact integrals of its series, and the lights beside
-//! it, which become part of the rig. A reflection as the map that `export-reflection-map` would write of it,
-//! with all lamps in the series: the radiance for each central direction, in the mean over all views or, with
-//! `view = "head-on"`, as seen straight on. Where a series is negative there is no light; the positive part
-//! is scaled down so that the total stays the same.
+//! An environment is sampled by its texels. A lighting is sampled by the exact integrals of its series; its
+//! separate lights become part of the rig. A reflection is sampled like the map that
+//! `export-reflection-map` would write, with all lamps in the series: the radiance for each central
+//! direction, as the mean over all views or, with `view = "head-on"`, as seen straight on. Directions where
+//! a series is negative get no light; the positive part is scaled down so that the total stays the same.
 //!
 //! ## The number of lights
 //!
-//! `count = "auto"` tries 1, 2, 4 ... 1024 lights, and takes the first number whose irradiance is right to
-//! `tolerance`: the root mean square error over 128 normals all around, as a share of the mean irradiance.
-//! This treats the lights as points. A note reports the errors. If fewer texels are lit than `count`, there
-//! are fewer lights, with a warning.
+//! `count = "auto"` tries 1, 2, 4 ... 1024 lights, and takes the first number whose irradiance error is
+//! within `tolerance`: the root mean square error over 128 normals all around, as a share of the mean
+//! irradiance. This treats the lights as points. A note reports the errors. If fewer than `count` texels
+//! are lit, there are fewer lights, with a warning.
 //!
-//! ## What comes out
+//! ## The result
 //!
-//! A lighting: the disks beside an empty series, as `circular-lights` makes them. All that takes a lighting
-//! takes it, `export-light-rig` writes it for other programs, and `subtract-lights` takes the lights out of
-//! their environment.
+//! The result is a lighting with an empty series and the disks as lights, as `circular-lights` makes them.
+//! Every kind that takes a lighting takes it, `export-light-rig` writes it for other programs, and
+//! `subtract-lights` takes the lights out of their environment.
 //!
-//! A disk whose irradiance is E and whose angular radius is a has the light (flux) 2 E / (1 + cos(a)). The
-//! irradiance of each surface that sees a whole region is that of the region exactly.
+//! A disk whose irradiance is E and whose angular radius is a has the light (flux) 2 E / (1 + cos(a)).
+//! Every surface that sees a whole region gets exactly the irradiance of the region.
 
 use std::num::NonZeroU32;
 
@@ -83,7 +83,7 @@ parameters! {
         /// With count "auto": the error of the irradiance, as a share of its mean. Default: 0.01.
         #[range(SHARE)]
         tolerance: Option<f64> = None,
-        /// Of a reflection that changes with the view: the mean over all views, or the surface viewed
+        /// For a reflection that changes with the view: the mean over all views, or the surface viewed
         /// straight on.
         view: PlainName = PlainName(Plain::Mean),
     }
@@ -149,8 +149,8 @@ impl Kind for SampleLight {
                 if error > tolerance {
                     let (most, error) = (MOST_TRIED, percent(error));
                     reporter.warn(format!(
-                        "{most} lights are too few for tolerance {tolerance}: surfaces are off by up to {error}; raise \
-                         `tolerance` to that, or set a larger `count`"
+                        "{most} lights are too few for tolerance {tolerance}: the error on surfaces is up to \
+                         {error}; raise `tolerance` to that, or set a larger `count`"
                     ));
                 }
                 lights
@@ -193,7 +193,7 @@ fn lights_text(count: usize) -> String {
 
 fn why(method: Method) -> &'static str {
     match method {
-        Method::MedianCut => "no more texels are lit",
+        Method::MedianCut => "no other texels are lit",
         Method::Warped => "several points lie in one texel",
     }
 }

@@ -132,8 +132,8 @@ impl FaceFiles {
             Some((_, arrangement)) => {
                 let at = |face: usize| self.names[arrangement[face]].as_str();
                 let note = format!(
-                    "the edges of the faces meet if {} is in front (+Z), {} to its right (+X) and {} to its left; \
-                     they were arranged so",
+                    "the faces were arranged with {} in front (+Z), {} to its right (+X) and {} to its left, \
+                     because then their edges match",
                     at(4),
                     at(0),
                     at(1)
@@ -266,7 +266,7 @@ pub(crate) fn find(
     }
     let have = match found.as_slice() {
         [] if names.is_empty() => "the folder is empty".to_owned(),
-        [] => format!("none of its {} names ends in a face's word", names.len()),
+        [] => format!("none of its {} names ends in a word for a face", names.len()),
         found => format!("found {}", found.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(", ")),
     };
     Err(Failure::new(format!("{place} does not hold six faces: {have}; missing: {}", missing.join("; ")))
@@ -319,7 +319,7 @@ mod tests {
         assert!(message.contains("found px.hdr, nx.hdr, py.hdr, pz.hdr, nz.hdr"), "{message}");
         assert!(message.contains("missing: ny or negy or yneg or -y"), "{message}");
         let message = find(&files(&["a.hdr"]), None, "sky").unwrap_err().to_string();
-        assert!(message.contains("none of its 1 names ends in a face's word"), "{message}");
+        assert!(message.contains("none of its 1 names ends in a word for a face"), "{message}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Takes lights out of an environment: what is left when a sun is a light of its own.
+//! Takes lights out of an environment, for scenes in which a sun is a separate light.
 //!
 //! ```toml
 //! [stage.sky]
@@ -6,19 +6,20 @@
 //! inputs = { environment = "environment", lights = "lighting" }
 //! ```
 //!
-//! A light that shines beside an environment must not be in it too: it would count twice, and a series of the
-//! environment would ring around it. The lights may be those that `project-sh` found, those of
-//! `sample-light`, or a sun of `circular-lights` where the picture has one.
+//! A separate light must not be in the environment too: it would count twice, and a series of the
+//! environment would ring around it. The lights can be those that `project-sh` found, those of
+//! `sample-light`, or a sun of `circular-lights` at the place of the sun in the picture.
 //!
-//! Each light, the strongest first, takes its light from the brightest texels around its direction, within
+//! Each light, the strongest first, takes its energy from the brightest texels around its direction, within
 //! twice its angular radius: they are cut down to one level, so that exactly the light's energy is gone, in
-//! each colour. If that level would be below what is around, the circle grows, to four radii at most. Only a
-//! light that is stronger than all texels in the circle takes from farther away. No texel becomes negative.
-//! So the rest and the lights together are the whole; the build notes how well, and warns if the picture had
-//! less light there than the lights have.
+//! each colour. If that level would be below the surroundings, the circle grows to at most four radii. Only
+//! if a light is stronger than all texels in the circle does it take from farther away. No texel becomes
+//! negative. So the rest and the lights together are the whole; the build notes how well, and warns if the
+//! picture has less light there than the lights.
 //!
-//! The lights of a rig are all of its light: nothing is left. To keep a soft part, take the lights of a
-//! lighting in which lamps are separate, or the strongest of a rig: `most` lights at most are subtracted.
+//! A rig contains all light of its environment, so nothing would be left. To keep a soft part, use the
+//! lights of a lighting with separate lamps, or only the strongest of a rig: at most `most` lights are
+//! subtracted.
 //!
 //! The series of the lighting is not used.
 
@@ -67,7 +68,7 @@ impl Kind for SubtractLights {
         lights.sort_by(|a, b| power(b).total_cmp(&power(a)));
         lights.truncate(parameters.most.unwrap_or(usize::MAX));
         if lights.is_empty() {
-            reporter.warn("the lighting has no lights beside its series: the environment is as it was");
+            reporter.warn("the lighting has no separate lights, so the environment did not change");
             return Output::artifact((*environment).clone());
         }
         if let Some(light) =
@@ -80,14 +81,14 @@ impl Kind for SubtractLights {
         let taken: f64 = subtracted.taken.iter().sum();
         let wanted: f64 = lights.iter().map(power).sum();
         reporter.note(match lights.len() {
-            1 => format!("1 light takes {} of the light out", share(taken / whole)),
-            count => format!("{count} lights take {} of the light out", share(taken / whole)),
+            1 => format!("1 light removed {} of the light", share(taken / whole)),
+            count => format!("{count} lights removed {} of the light", share(taken / whole)),
         });
         let missing = (wanted - taken).abs();
-        reporter.note(format!("the rest and the lights are the whole to {:.1e}", missing / whole));
+        reporter.note(format!("the rest and the lights together are the whole to {:.1e}", missing / whole));
         if missing > MISSING * wanted {
             reporter.warn(format!(
-                "the lights have more light than the environment: {} of it was there to be subtracted",
+                "the lights have more light than the environment: only {} of it could be subtracted",
                 share(taken / wanted)
             ));
         }

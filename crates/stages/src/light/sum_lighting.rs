@@ -6,8 +6,9 @@
 //! inputs = { lighting = "sky", added = "lamps" }
 //! ```
 //!
-//! The sum has the series of both, to the higher of both degrees, and the lights beside both. A series that
-//! is cut at a low degree is not made sharper by one of a high degree. Stages in a row add more than two.
+//! The sum has the series of both, up to the higher of the two degrees, and the separate lights of both.
+//! Adding a series of a high degree does not make one of a low degree sharper. To add more than two, chain
+//! several stages.
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
 

@@ -24,7 +24,7 @@ pub(crate) fn factors(
     let factors = match card {
         Some(_) if matches!(coverage, Coverage::Whole(Layout::Cube)) => {
             return Err(Failure::new("grey-card: the source is a cube, not one picture")
-                .help("measure the colour of the card, and give it as white-balance"));
+                .help("measure the colour of the card, and set white-balance to it"));
         }
         Some(card) => Some(card.factors(image)?),
         None => white.and_then(WhiteBalance::factors),
@@ -101,8 +101,8 @@ impl GreyCard {
             |from: usize, length: usize, all: usize| from.checked_add(length).is_some_and(|end| end <= all);
         if !within(left, width, columns) || !within(top, height, rows) {
             return Err(Failure::new(format!(
-                "grey-card: {width} x {height} pixels from column {left} and row {top} on are not within the picture of \
-                 {columns} x {rows}"
+                "grey-card: {width} x {height} pixels from column {left} and row {top} are not all within \
+                 the {columns} x {rows} picture"
             )));
         }
         let mut sum = [0.0; 3];
@@ -114,7 +114,8 @@ impl GreyCard {
         let mean = sum.map(|sum| sum / (width * height) as f64);
         let factors = mean.map(|mean| GREY / mean);
         if mean.iter().any(|mean| *mean <= 0.0) || factors.iter().any(|factor| !factor.is_finite()) {
-            return Err(Failure::new(format!("grey-card: the mean of its pixels is {mean:?}, which is no grey"))
+            return Err(Failure::new(format!("grey-card: the mean of its pixels is {mean:?}, which is not a \
+                                             grey"))
                 .help("give the column and the row of the card's upper left corner, its width and its height, in pixels"));
         }
         Ok(factors)

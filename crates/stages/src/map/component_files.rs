@@ -95,12 +95,12 @@ impl Components {
         let is_missed = p95 > 1.05 * accept[0] || p99 > 1.05 * accept[1];
         if is_missed && !matches!(asked, Some(OrAuto::Fixed(_))) {
             reporter.warn(format!(
-                "no number of components is enough here: 5 % of the views are off by more than {p95:.2} stops, 1 % by more \
-                 than {p99:.2}, and accept = {accept:?} allows less; {}",
+                "no number of components is enough here: 5 % of the views are off by more than {p95:.2} \
+                 stops, 1 % by more than {p99:.2}, but accept = {accept:?}; {}",
                 if self.bake && reflection.lamps().is_some() {
                     "lamps = \"separate\" leaves the suns and lamps, which need more, to the renderer"
                 } else {
-                    "a larger roughness needs fewer, and `resolution` sets more texels"
+                    "a larger roughness needs fewer texels, and `resolution` sets more"
                 }
             ));
         }

@@ -1,4 +1,4 @@
-//! Reflects a lighting off a material: the reflected light field in spherical harmonics.
+//! Reflects a lighting off a material, and gives the reflected light field in spherical harmonics.
 //!
 //! ```toml
 //! [stage.reflection]
@@ -16,51 +16,52 @@
 //! > B_lmpq = L_lm rho_lpq,
 //!
 //! l up to F for the central direction (the reflection vector, the normal or the tangent, depending on the
-//! material), p up to P for the view about it. The artifact holds the two factors. From them `export-shrm`
-//! makes reflection maps with (P+1)^2 coefficients in each texel, of which only P+1 are not zero if the
-//! material does not depend on the azimuth; `export-reflection-map` makes one plain map, which is exact for P
-//! = 0.
+//! material), p up to P for the view about it. The artifact holds the two factors. `export-shrm` makes
+//! reflection maps from them with (P+1)^2 coefficients in each texel; only P+1 of these are not zero if the
+//! material does not depend on the azimuth. `export-reflection-map` makes one plain map, which is exact for
+//! P = 0.
 //!
 //! ## Degrees
 //!
-//! If neither `project-sh` nor `project-brdf` names a degree, this stage chooses F and P for each pair: the
-//! least P, at most 16, and then the least F, at which the cut does not show. It tries them: at views as a
-//! ball shows them, B is evaluated with all degrees and with fewer, and both are compared in stops,
+//! If neither `project-sh` nor `project-brdf` sets a degree, this stage chooses F and P for each pair: the
+//! least P, at most 16, and then the least F, for which the truncation is not visible. To find them it
+//! evaluates B toward the views of a ball, with all degrees and with fewer, and compares the two in stops,
 //! |log2((cut + e) / (uncut + e))| with e = 1 % of the mean radiance. P leaves 95 % of the views within 0.06
-//! stops and 99 % within 0.12, if any P up to 16 does, and F adds at most 0.015 and 0.05 to these. The build
-//! notes F, P and these errors. Suns and lamps are not cut: they stay beside the coefficients, with the
-//! material that reflects them, until an export puts them into its map.
+//! stops and 99 % within 0.12, if any P up to 16 does, and F adds at most 0.015 and 0.05 to these. The
+//! build notes F, P and these errors. Suns and lamps are not truncated: they stay separate from the
+//! coefficients, with the material that reflects them, until an export puts them into its map.
 //!
-//! Every export starts from this field, so that it has the degrees of the most exact of them; `export-shrm`,
-//! whose files grow with P, takes fewer by itself. A smaller field for all exports is made with `accept`, the
-//! stops that 95 % and 99 % of the views may be off by what P cuts, or with `error`, the RMS error of the cut
-//! as a share of the RMS radiance [RH02, sec. 5], lamps left out. P is then the least up to `most-p` that
-//! meets it. If none does, it is the best of those up to 4, and a warning says what it reaches. It has no
-//! window, unless one is named.
+//! Every export starts from this field, so it has the degrees that the most accurate export needs; the
+//! files of `export-shrm` grow with P, so it uses fewer. To make the field smaller for all exports, set
+//! `accept`, the stops by which the truncation at P may change 95 % and 99 % of the views, or `error`, the
+//! RMS error of the truncation as a share of the RMS radiance [RH02, sec. 5], without lamps. P is then the
+//! least one up to `most-p` that meets it. If none does, it is the best of those up to 4, and a warning
+//! says what error it reaches. There is no window unless you set one.
 //!
-//! If `project-brdf` names degrees, lighting and material are cut to the smaller of them: light that the
-//! material blurs away, or detail that the lighting does not hold, costs nothing. If the lighting's degree is
-//! the smaller one, the note says so, because the material then looks blurrier than it is. Lamps beside the
-//! lighting stay beside it here too; `lamps = "series"` of `project-sh` puts them into the series. Only if
-//! coefficients arrive without their material, from a program of your own, must the lamps go into the series,
-//! with a warning.
+//! If `project-brdf` sets degrees, lighting and material are truncated to the smaller degree of the two, so
+//! light that the material blurs away, or detail that the lighting lacks, costs nothing. If the lighting
+//! has the smaller degree, the note says so, because the material then looks blurrier than it is. Separate
+//! lamps stay separate; `lamps = "series"` of `project-sh` puts them into the series. Only if coefficients
+//! arrive without their material, from your own program, do the lamps have to go into the series, with a
+//! warning.
 //!
-//! If such a cut shows, a warning says by how much: if 5 % of the views are off by more than 0.1 stop, or
-//! more than 0.5 % of them are below zero by a tenth of e, black in a picture. It recommends what helps most
-//! here, to name no degree or a window, if that removes at least half of the error.
+//! If such a truncation is visible, a warning says by how much: if 5 % of the views are off by more than
+//! 0.1 stop, or if more than 0.5 % of them are below zero by a tenth of e, and so black in a picture. It
+//! recommends the better remedy, to set no degree or to set a window, if that removes at least half of the
+//! error.
 //!
 //! ## Parts
 //!
-//! A material with a matte base under a highlight has two centres. Beside the field of both about the
-//! reflection vector, from which a preview or a report looks, this stage keeps a field for each part about
-//! its own centre, with its own F and P, for exports that write a map of each. Their degrees are those at
-//! which the cut of their sum does not show, by the same measure; the note has its errors.
+//! A material with a matte base under a highlight has two centres. In addition to the field of both about
+//! the reflection vector, which previews and reports use, this stage keeps a field for each part about its
+//! own centre, with its own F and P, for exports that write a map for each. Their degrees are chosen so
+//! that the truncation of their sum is not visible, by the same measure; the note has the errors.
 //!
 //! ## Windows
 //!
-//! A `window` scales the terms of each l (see `project-sh`), which calms the rings of a cut and blurs what
-//! was sharp. `"auto"` takes the least window that helps, if no degrees are enough, and otherwise none; with
-//! degrees that the manifest names, with `accept` and with `error` it takes none.
+//! A `window` scales the terms of each l (see `project-sh`), which reduces the ringing of a truncation and
+//! blurs sharp details. `"auto"` uses the weakest window that helps if no degrees are enough, and otherwise
+//! none; with degrees in the manifest, with `accept` and with `error` it uses none.
 
 use brdf::{BrdfCoefficients, Material};
 use containers::tensors;
@@ -79,10 +80,10 @@ parameters! {
         /// The window, which reduces ringing; see Windows.
         #[words(Window::Auto, Window::None, Window::Lanczos, Window::Hanning)]
         window: Window = Window::Auto,
-        /// The errors in stops that 5 % of the views, and 1 %, may exceed by what P cuts; see Degrees.
-        /// Default: so little that the cut does not show.
+        /// The errors in stops that 5 % and 1 % of the views may exceed because of P; see Degrees. Default:
+        /// so small that the truncation is not visible.
         accept: Option<Accept> = None,
-        /// The RMS error that P may leave, as a share of the RMS radiance, in place of `accept`.
+        /// The RMS error that P may leave, as a share of the RMS radiance, instead of `accept`.
         #[range(1e-6..1.0)]
         error: Option<f64> = None,
         /// With `accept` or `error`: the highest P that is tried. Default: 16.
@@ -155,7 +156,7 @@ impl Kind for Convolve {
         let (given, rule) = (parameters.window.fixed(), parameters.rule(&brdf.coefficients));
         if rule.is_some() && !(brdf.for_light && brdf.material.is_some()) {
             return Err(Failure::new(
-                "accept and error choose P, but the coefficients have one that is named",
+                "accept and error choose P, but the coefficients already have a given P",
             )
             .help("leave out `degree` and `tolerance` in project-brdf, or `accept` and `error` here"));
         }
@@ -185,8 +186,9 @@ impl Kind for Convolve {
                     let (reflection, error) = least_window(reflection, &whole, dark, reporter)?;
                     if error.negative > NEGATIVE || error.p95 > RING {
                         reporter.warn(format!(
-                            "the highest degrees are too low for a highlight this sharp: {}; a larger roughness, or the \
-                             levels of prefilter and export-engine, which have no degree, show no rings",
+                            "the highest degrees are too low for a highlight this sharp: {}; a larger \
+                             roughness, or the levels of prefilter and export-engine, which have no degree, \
+                             do not ring",
                             told(&error)
                         ));
                     }
@@ -237,8 +239,8 @@ fn at_named_degrees(lighting: &Lighting, brdf: &tensors::Brdf, reporter: &Report
     let kept = brdf.material.as_ref().filter(|_| lamps > 0);
     if lamps > 0 && kept.is_none() {
         reporter.warn(format!(
-            "the coefficients arrive without their material, so that the lighting's lamps ({lamps}) go into its series, \
-             where the cut rings around them; set lamps = \"series\" in project-sh to have them there"
+            "the coefficients arrive without their material, so the lamps of the lighting ({lamps}) go into \
+             its series, which then rings around them; set lamps = \"series\" in project-sh to confirm this"
         ));
     }
     let series = if kept.is_some() { lighting.series.clone() } else { lighting.whole() };
@@ -322,7 +324,8 @@ fn warn_of_rings(
     }
     if study.negative_light > NEGATIVE {
         text.push_str(
-            "; around its suns the lighting's own series is black: leave out `degree` and `tolerance` in project-sh",
+            "; the series of the lighting is black around its suns: leave out `degree` and `tolerance` in \
+             project-sh",
         );
     }
     reporter.warn(text);
@@ -360,8 +363,8 @@ fn lost(cut: &Cut, rule: Option<DegreeRule>) -> String {
 fn beside(reflection: &Reflection) -> String {
     match reflection.lamps().map_or(0, |lamps| lamps.lights.len()) {
         0 => String::new(),
-        1 => "; 1 lamp is kept beside it".to_owned(),
-        lamps => format!("; {lamps} lamps are kept beside it"),
+        1 => "; 1 lamp is kept separate".to_owned(),
+        lamps => format!("; {lamps} lamps are kept separate"),
     }
 }
 

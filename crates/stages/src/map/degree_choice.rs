@@ -55,7 +55,7 @@ impl DegreeChoice {
     /// Parameters that contradict each other.
     pub(crate) fn check(&self) -> Vec<(&'static str, String)> {
         match (self.accept, self.error) {
-            (Some(_), Some(_)) => vec![("error", "accept already says which error is allowed".into())],
+            (Some(_), Some(_)) => vec![("error", "accept already sets the allowed error".into())],
             _ => Vec::new(),
         }
     }
@@ -92,7 +92,7 @@ pub(crate) fn missed(rule: DegreeRule, map: &MapDegree) -> String {
     let (most, p, reached) = (rule.most_p, map.p.get(), reached(rule.tolerance, map));
     let help = match map.enough {
         Some(enough) => format!("most-p = {enough} is enough"),
-        None => format!("a higher most-p comes nearer, and `{parameter}` allows more"),
+        None => format!("raise most-p to come closer, or `{parameter}` to allow more"),
     };
     format!("no P up to {most} meets {asked}: at P = {p} {reached}; {help}")
 }
@@ -132,7 +132,7 @@ mod tests {
         );
         assert!(none.check().is_empty() && given.check().is_empty());
         let both = DegreeChoice { accept: Some(ACCEPT), ..given };
-        assert_eq!(both.check(), [("error", "accept already says which error is allowed".to_owned())]);
+        assert_eq!(both.check(), [("error", "accept already sets the allowed error".to_owned())]);
     }
 
     #[test]
@@ -148,8 +148,8 @@ mod tests {
         let rule = DegreeRule { tolerance: MapTolerance::Rms(0.05), ..rule };
         assert_eq!(
             missed(rule, &MapDegree { enough: None, ..map }),
-            "no P up to 4 meets error = 0.05: at P = 4 the RMS error is 8.0 % of the RMS radiance; a higher most-p comes \
-             nearer, and `error` allows more"
+            "no P up to 4 meets error = 0.05: at P = 4 the RMS error is 8.0 % of the RMS radiance; raise \
+             most-p to come closer, or `error` to allow more"
         );
     }
 }

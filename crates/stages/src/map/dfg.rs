@@ -1,4 +1,4 @@
-//! Writes the table of directional albedos that engines look up beside a prefiltered environment.
+//! Writes the table of directional albedos that engines use with a prefiltered environment.
 //!
 //! ```toml
 //! [stage.dfg]
@@ -7,14 +7,14 @@
 //! path = "dfg"
 //! ```
 //!
-//! A texel holds A and B of E = F0 A + B, the share of light that a GGX lobe reflects when all directions are
-//! equally bright, F0 being the reflectance seen straight on (Karis 2013, "Real Shading in Unreal Engine 4";
-//! glTF and Filament call the table DFG). The column is n.v, the row the roughness r, a = r^2; both at the
-//! centres of texels, the first row smooth.
+//! A texel holds A and B of E = F0 A + B, the share of light that a GGX lobe reflects if all directions are
+//! equally bright; F0 is the reflectance seen straight on (Karis 2013, "Real Shading in Unreal Engine 4";
+//! glTF and Filament call the table DFG). Columns are n.v, rows the roughness r with a = r^2, both at the
+//! centres of texels; the first row is smooth.
 //!
 //! | `variant` | masking and shadowing | red, green |
 //! | --- | --- | --- |
-//! | `correlated` | Smith's of correlated heights (Heitz 2014): glTF, Bevy, Unity HDRP, Godot | A, B |
+//! | `correlated` | Smith's with correlated heights (Heitz 2014): glTF, Bevy, Unity HDRP, Godot | A, B |
 //! | `uncorrelated` | Smith's, G1(v) G1(l) | A, B |
 //! | `karis` | Schlick's with k = a / 2: Unreal, three.js before r160 | A, B |
 //! | `filament` | as `correlated`, for multiple scattering: E = mix(x, y, F0), times 1 + F0 (1 / y - 1); the first row is rough, r = min((rows - row + 0.5) / rows, 1) | B, A + B |
@@ -22,22 +22,22 @@
 //! Multiple scattering after Fdez-Aguera 2019 uses A and B of `correlated` at run time.
 //!
 //! With `sheen` the third channel is the albedo of the sheen lobe of Estevez and Kulla 2017 ("Charlie") with
-//! the visibility of Neubelt and Pettineo 2013. It may pass 1.
+//! the visibility of Neubelt and Pettineo 2013. It can exceed 1.
 //!
 //! ## Taps
 //!
-//! `form = "taps"` writes in its place the table of a compact map (docs/taps.md) that serves every metal and
-//! dielectric of an engine: where each of `taps` look-ups goes into the scale space of an environment
-//! (`scale-space`), how wide, and A and B of that look-up. The highlight is the sum of F0 A + B times what
-//! each look-up finds. Over all look-ups A and B add up to those of `correlated`.
+//! `form = "taps"` instead writes the table for compact maps (docs/taps.md) that serves every metal and
+//! dielectric of an engine. For each of `taps` look-ups into the scale space of an environment
+//! (`scale-space`) it has the position, the width, and A and B. The highlight is the sum of F0 A + B times
+//! the result of each look-up. Over all look-ups A and B add up to those of `correlated`.
 //!
 //! The texture is an array of 65 columns, column i for 1 - n.v = i / 64, and 33 rows, row i for the roughness
 //! i / 32, in halves. Layer j is (delta, log2 s, A, B) of look-up j, with the angle delta from the mirrored
 //! view toward the normal and the width s in radians; the last layer is (y, 0, A, B) of the look-up about the
 //! normal. It is fitted in seconds.
 //!
-//! Values are accurate to 1e-6, and are rounded to halves by the formats KTX2 and DDS: RG16F, or RGBA16F with
-//! sheen. OpenEXR holds floats. The table has no input, so it is computed once.
+//! Values are accurate to 1e-6. KTX2 and DDS round them to halves: RG16F, or RGBA16F with sheen. OpenEXR
+//! holds floats. The table has no input, so it is computed only once.
 //!
 //! ## Files
 //!
@@ -91,7 +91,7 @@ choice! {
 parameters! {
     /// Parameters of `dfg`.
     pub(crate) struct Parameters {
-        /// Masking and shadowing, and what the channels hold; see the table.
+        /// Masking and shadowing, and the content of the channels; see the table.
         variant: Variant = Variant::Correlated,
         /// Columns and rows.
         #[range(2..=1024)]
@@ -101,9 +101,9 @@ parameters! {
         sheen: bool = false,
         /// The container.
         format: DfgFormat = DfgFormat::Ktx2,
-        /// What the table holds; see Taps.
+        /// The content of the table; see Taps.
         form: Form = Form::Albedo,
-        /// The look-ups of `form = "taps"` between the levels of a scale space.
+        /// With form "taps": the number of look-ups into the levels of a scale space.
         #[range(1..=16)]
         taps: usize = TAPS,
     }

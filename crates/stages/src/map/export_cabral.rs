@@ -14,14 +14,14 @@
 //! central direction of the surface (Ramamoorthi and Hanrahan 2002, equation 12). For most materials that is
 //! the reflection vector R: all maps are looked up at the R of the pixel, with no warp between them.
 //!
-//! Twelve views hold a field up to P = 2 in the view. The share of the reflected energy beyond that blurs or
-//! is lost between the vertices: a note says how much it is, or above 1 % a warning. `export-shrm` keeps all
+//! Twelve views represent a field up to P = 2 in the view. Reflected energy beyond that blurs or is lost
+//! between the vertices: a note reports its share, or a warning if it is above 1 %. `export-shrm` keeps all
 //! of it in fewer numbers.
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
-//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
-//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
-//! and an SHRM keeps its own.
+//! has the same layout and resolution; otherwise it is interpolated, with a note. With
+//! `resolution = "auto"`, the default, a reflection gets the lowest resolution for which interpolation has
+//! an error of 1 %, and an SHRM keeps its own.
 //!
 //! ## Files
 //!
@@ -30,7 +30,7 @@
 //!
 //! | `layout` | one file holds |
 //! | --- | --- |
-//! | `cube` | six faces +X -X +Y -Y +Z -Z, below each other in a picture, the faces of a cube map in DDS |
+//! | `cube` | six faces +X -X +Y -Y +Z -Z, stacked in a picture, or the faces of a cube map in DDS |
 //! | `lat-long` | an image twice as wide as high, its centre along +X |
 //! | `sphere` | the image of a mirror ball seen from the view V_k: the centre is R = V_k, the whole rim is R = -V_k |
 //!
@@ -40,28 +40,28 @@
 //! In a sphere map up is toward +Z (against theta of the view) and right is along phi; for the views +-Z phi
 //! is 0. The radius is sin(t / 2) at the angle t from the centre. Texels outside the disk repeat the rim.
 //!
-//! A ball's rim is coarse: with 96 x 96 texels, the error of look-ups within 30 degrees of -V_k is at least
-//! 20 times that in the middle of the ball. Prefer `cube` if the renderer supports it.
+//! The rim of a ball is coarse: with 96 x 96 texels, look-ups within 30 degrees of -V_k have at least 20
+//! times the error of the middle. Prefer `cube` if the renderer supports it.
 //!
-//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
-//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! A material with a matte base under a highlight gets two such folders: `{path}-diffuse` has the maps of
+//! the base, looked up by the normal, and `{path}` those of the highlight; a renderer adds both. With
 //! `parts = "together"` one folder holds the sum, about the reflection vector.
 //!
 //! ## The index
 //!
-//! `/cabral.json` holds everything that a renderer needs: for each map its file and view (in Specula's frame
-//! and, with +Y up, in the file frame) and the axes of sphere maps; the twenty triangles; how to look up a
-//! direction; and how to blend. The manual of `import-reflection-maps` lists its members. To blend: a view V
-//! lies in one triangle (a, b, c); there
+//! `/cabral.json` holds everything that a renderer needs: for each map its file and view (in Specula's
+//! frame and, with +Y up, in the file frame) and the axes of sphere maps; the twenty triangles; how to look
+//! up a direction; and how to blend. The manual of `import-reflection-maps` lists its members. To blend,
+//! find the triangle (a, b, c) that contains the view V; then
 //!
 //! > w_a = V.(b x c), w_b = V.(c x a), w_c = V.(a x b), divided by their sum
 //!
-//! are not negative, and are the weights of the three maps.
+//! are the weights of the three maps, and are not negative.
 //!
 //! ## Numbers
 //!
-//! RGBE cannot hold negative values, which a truncated series can have: they become 0, with a warning.
-//! `precision` and `overflow` choose what the other formats hold.
+//! A truncated series can have negative values. RGBE cannot hold them, so they become 0, with a warning.
+//! For the other formats, use `precision` and `overflow`.
 
 use std::any::Any;
 use std::f64::consts::FRAC_PI_4;
@@ -121,7 +121,7 @@ impl FileFormat for CabralFormat {
 parameters! {
     /// Parameters of `export-cabral`.
     pub(crate) struct Parameters {
-        /// How the sphere of central directions lies on a file; see Files.
+        /// How the sphere of central directions is laid out in a file; see Files.
         layout: CabralLayout = CabralLayout(FileLayout::Cube),
         /// Texels along the edge of a cube's face or of a sphere map, rows of a lat-long map. Default:
         /// "auto".
@@ -129,7 +129,7 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: OpenEXR, Radiance, or DDS for engines.
         format: CabralFormat = CabralFormat::Exr,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }
@@ -303,7 +303,8 @@ fn note_lost(map: &Shrm, reporter: &Reporter) {
     }
     if lost > 0.0 {
         let what = format!(
-            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can hold, and is lost",
+            "the reflected energy changes faster with the view (P = 3 to {}) than twelve views can \
+             represent, and is lost",
             map.p().get()
         );
         report_loss(reporter, lost / all, &what, "export-shrm keeps it");

@@ -1,4 +1,4 @@
-//! Writes Kautz and McCool's 3D texture: reflection maps for angles between central direction and view.
+//! Writes Kautz and McCool's 3D texture: a reflection map for each angle between central direction and view.
 //!
 //! ```toml
 //! [stage.kautz-mccool]
@@ -17,16 +17,16 @@
 //! > B(alpha, beta, theta_o) = sum over p of B_p0(alpha, beta) Y_p0(theta_o).
 //!
 //! For any other material the texture holds the mean around R: the terms with q > 0 are lost, and a warning
-//! says their share of the energy. `export-shrm` keeps them.
+//! reports their share of the energy. `export-shrm` keeps them.
 //!
 //! The angle between R and the view is twice that between the normal and the view: theta_o = 0 is the surface
 //! seen head on, and pi is grazing. For materials about a normal or a tangent theta_o is the angle to that;
 //! about a normal, only angles up to pi / 2 are visible.
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
-//! is lat-long and of this resolution, and is interpolated otherwise, with a note. With `resolution =
-//! "auto"`, the default, a reflection gets the fewest rows at which interpolation has an error of 1 %, and an
-//! SHRM keeps its own.
+//! is lat-long and has this resolution; otherwise it is interpolated, with a note. With
+//! `resolution = "auto"`, the default, a reflection gets the fewest rows for which interpolation has an
+//! error of 1 %, and an SHRM keeps its own.
 //!
 //! ## Files
 //!
@@ -37,14 +37,14 @@
 //! | `dds`, `ktx2` | `/texture.dds` or `/texture.ktx2`: a volume, one slice for each angle |
 //! | `exr` | `/slice-00.exr` ...: a picture for each angle |
 //!
-//! and last `/kautz-mccool.json`, the index: the file and angle of each slice, how to look up a direction,
-//! how to interpolate. Slices are lat-long, twice as wide as high, their centre along +X, because a 3D
-//! texture has only two axes for the central direction. The angles are evenly spaced, theta_k = pi k /
-//! (slices - 1), both ends included, so a linear 3D filter interpolates them at w = (theta_o / pi (slices -
-//! 1) + 0.5) / slices.
+//! and finally `/kautz-mccool.json`, the index: the file and angle of each slice, how to look up a
+//! direction, and how to interpolate. Slices are lat-long, twice as wide as high, with the centre along +X,
+//! because a 3D texture has only two axes for the central direction. The angles are evenly spaced, theta_k
+//! = pi k / (slices - 1), both ends included, so a linear 3D filter interpolates them at w = (theta_o / pi
+//! (slices - 1) + 0.5) / slices.
 //!
-//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
-//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! A material with a matte base under a highlight gets two such folders: `{path}-diffuse` has the maps of
+//! the base, looked up by the normal, and `{path}` those of the highlight; a renderer adds both. With
 //! `parts = "together"` one folder holds the sum, about the reflection vector.
 
 use std::any::Any;
@@ -65,13 +65,13 @@ parameters! {
         /// Rows of a slice, which has twice as many columns. Default: "auto".
         #[range(1..=MAX_RESOLUTION)]
         resolution: Option<Resolution> = None,
-        /// The number of angles. A field of degree P can be recovered from P + 1 slices, and needs several
-        /// times as many to look smooth when it is interpolated.
+        /// The number of angles. A field of degree P can be recovered from P + 1 slices, but needs several
+        /// times as many to look smooth when interpolated.
         #[range(2..=256)]
         slices: usize = 16,
         /// The container: a DDS or KTX2 volume, or an OpenEXR picture for each slice.
         format: MapsFormat = MapsFormat::Dds,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }

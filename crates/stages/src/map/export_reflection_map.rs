@@ -1,4 +1,4 @@
-//! Writes a reflection map: the light that a material reflects, per direction.
+//! Writes a reflection map: the light that a material reflects, for each direction.
 //!
 //! ```toml
 //! [stage.irradiance]
@@ -12,38 +12,38 @@
 //! A texel in direction w holds the radiance that is reflected when the material's central direction is w.
 //! For a phong material that direction is the reflection vector: look the map up by it. For a lambert
 //! material it is the surface normal, and the map is an *irradiance map*: with albedo 1 it holds the
-//! irradiance divided by pi, which is what a renderer multiplies by a surface's albedo.
+//! irradiance divided by pi, which a renderer multiplies by the albedo of a surface.
 //!
 //! ## Materials that change with the view
 //!
-//! A plain map has one value for each central direction. For a material whose highlight changes with the view
-//! (P > 0) it holds the mean over all views or, with `view = "head-on"`, what the material itself, not its
-//! series, shows when the surface is viewed straight on (the view, the normal and the reflection vector are
-//! one; a kajiya-kay material is looked up by the tangent, and the view is at a right angle to it). The share
-//! of the reflected energy that changes with the view is lost: a note says how much it is, or above 1 % a
-//! warning. `export-shrm` keeps it.
+//! A plain map has one value for each central direction. For a material whose highlight changes with the
+//! view (P > 0) it holds the mean over all views or, with `view = "head-on"`, the reflection of the
+//! material itself, not of its series, for a surface viewed straight on (the view, the normal and the
+//! reflection vector are the same; for a kajiya-kay material, which is looked up by the tangent, the view
+//! is perpendicular to it). Reflected energy that changes with the view is lost: a note reports its share,
+//! or a warning if it is above 1 %. `export-shrm` keeps it.
 //!
 //! ## Two maps
 //!
-//! A material with a matte base under a highlight has no one direction to look a map up by. It gets two:
-//! `{path}-diffuse` is looked up by the normal, `{path}`, with the highlight, by the reflection vector, and a
-//! renderer adds them. Other materials have no such file. With `parts = "together"` one map holds the sum
-//! about the reflection vector, where the base shows the light of the wrong direction. A note says by how
-//! many stops, or a warning if more than 5 % of the views are off by more than 0.1 stops.
+//! A material with a matte base under a highlight cannot be looked up by a single direction, so it gets two
+//! maps. `{path}-diffuse` is looked up by the normal, `{path}`, with the highlight, by the reflection
+//! vector, and a renderer adds them. Other materials have only `{path}`. With `parts = "together"` one map
+//! holds the sum about the reflection vector, so the base shows light from the wrong direction. A note
+//! reports the error in stops, or a warning if more than 5 % of the views are off by more than 0.1 stops.
 //!
 //! ## Lamps
 //!
-//! Suns and lamps that `project-sh` keeps beside its series are in the map, exactly: each adds what the
-//! material reflects of its disk. A game whose sun is a light of its own, with shadows, would then have it
-//! twice. With `lamps = "separate"` the map holds the rest alone; `export-sh` with `lamps = "separate"`
-//! writes the lights themselves, in the engine's own frame.
+//! Suns and lamps that `project-sh` keeps separate are in the map, exactly: the material reflects the disk
+//! of each. If the sun of a game is a separate light, with shadows, it would then count twice. With
+//! `lamps = "separate"` the map holds only the rest; `export-sh` with `lamps = "separate"` writes the
+//! lights themselves, in the engine's own frame.
 //!
 //! ## Texels
 //!
 //! The map is evaluated from coefficients at the centre of each texel. It holds every detail if a lat-long
 //! map has more rows than the degree, or the edge of a cube has more texels than two thirds of the degree.
-//! Values are linear Rec. 709 radiance; a PNG holds them tone-mapped, by the `filmic` curve of
-//! `contact-sheet`, and is only for looking at.
+//! Values are linear Rec. 709 radiance. A PNG is tone-mapped with the `filmic` curve of `contact-sheet`,
+//! and is only for viewing.
 //!
 //! ## Files
 //!
@@ -54,14 +54,14 @@
 //! | `cube-strip` | `.exr`: the faces +X -X +Y -Y +Z -Z from top to bottom |
 //! | `cube-cross` | `.exr`: a vertical cross, three faces wide and four high; the corners are black |
 //!
-//! With the other formats the ending is `.hdr` or `.png`. `import-environment` reads each file back with the
-//! same `layout`.
+//! With the other formats the extension is `.hdr` or `.png`. `import-environment` reads each file back with
+//! the same `layout`.
 //!
 //! ## Negative values
 //!
-//! If `convolve` chose the degrees, what is negative is too little to be seen, and becomes 0. With degrees of
-//! yours a truncated series rings, so that a map of a material that is much sharper than its lighting's
-//! degree can hold negative values. A note counts them. OpenEXR keeps them, because they are part of the
+//! If `convolve` chose the degrees, negative values are too small to be visible, and become 0. If you set
+//! the degrees, a truncated series rings, and a map of a material that is much sharper than its lighting's
+//! degree can contain negative values. A note counts them. OpenEXR keeps them, because they are part of the
 //! function; Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh`
 //! prevents them.
 
@@ -79,15 +79,15 @@ use crate::values::{
 parameters! {
     /// Parameters of `export-reflection-map`.
     pub(crate) struct Parameters {
-        /// How the sphere lies on the written images; see Files.
+        /// How the sphere is laid out on the written images; see Files.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 128,
-        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for viewing.
         format: PictureFormat = PictureFormat::Exr,
-        /// With format "png": stops by which radiance is multiplied before tone mapping. 0 is the radiance
-        /// as it is, so that the maps of several environments can be compared.
+        /// With format "png": stops by which radiance is multiplied before tone mapping. 0 keeps the
+        /// radiance, so that the maps of several environments can be compared.
         #[range(STOPS)]
         exposure: f64 = 0.0,
         /// For a material that changes with the view (P > 0): the mean over all views, or the surface viewed
@@ -95,7 +95,7 @@ parameters! {
         view: PlainName = PlainName(Plain::Mean),
         /// Whether suns and lamps are in the map or left to the renderer; see Lamps.
         lamps: LampsName = LampsName::Baked,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }
@@ -195,9 +195,8 @@ fn note_lost_together(reflection: &Reflection, plain: Plain, reporter: &Reporter
         lost.p95, lost.p99
     );
     if lost.p95 > SHOWS {
-        reporter.warn(format!(
-            "{found}: the matte base shows the light of the wrong direction; leave out `parts`"
-        ));
+        reporter
+            .warn(format!("{found}: the matte base shows light from the wrong direction; leave out `parts`"));
     } else {
         reporter.note(found);
     }
@@ -235,11 +234,11 @@ fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], reporter: &Repor
     }
     let (least, total) = (values().fold(0.0, f32::min), values().count());
     let written = match format {
-        PictureFormat::Exr => "black where a renderer clamps them",
+        PictureFormat::Exr => "a renderer that clamps them shows black",
         PictureFormat::Rgbe | PictureFormat::Png => "written as 0",
     };
     let what =
-        format!("the values are negative, the least is {least:.3e}, because the series is cut: {written}");
+        format!("the values are negative, down to {least:.3e}, because the series is truncated: {written}");
     let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
     report_loss(reporter, negative as f64 / total as f64, &what, help);
 }

@@ -8,22 +8,22 @@
 //! path = "{environment}/{material}/taps"
 //! ```
 //!
-//! A renderer needs one scale space for each environment and one table for each material. Connect one of them
-//! to write it once, or both for one file of a pair. For a pair the build measures how far the taps are from
-//! the sum over the pixels of the environment, toward 2000 views as a ball shows them (100 if the material
-//! reflects in a cone about its tangent), and warns if 95 % or 99 % of them are not within `accept`.
+//! A renderer needs one scale space for each environment and one table for each material. Connect one of
+//! them to write it once, or both for one file of a pair. For a pair the build compares the taps with the
+//! sum over the pixels of the environment, toward 2000 views of a ball (100 if the material reflects in a
+//! cone about its tangent), and warns if 95 % or 99 % of them are not within `accept`.
 //!
 //! ## Taps and lights of a pair
 //!
-//! A look-up costs a pixel about 20 operations and a light 35, so the build measures each number of taps that
-//! `fit-taps` has tried (1, 2, 3, 4, 6 and 8 with `taps = "auto"`) with each number of the scale space's
-//! lights, and takes the cheapest that is within `accept`, or else the most accurate. A light that does not
-//! stay beside the map is blurred into it; nothing is lost. With `lights = "all"` the map of an environment
-//! is the same beside every material, so that a renderer needs it once.
+//! A look-up costs a pixel about 20 operations and a light 35, so the build measures each number of taps
+//! that `fit-taps` has tried (1, 2, 3, 4, 6 and 8 with `taps = "auto"`) with each number of the scale
+//! space's lights, and takes the cheapest combination within `accept`, or else the most accurate one. Other
+//! lights are blurred into the map; nothing is lost. With `lights = "all"` the map of an environment is the
+//! same for every material, so a renderer needs it only once.
 //!
 //! ## Files
 //!
-//! In the folder `path`, as far as their inputs are connected:
+//! The folder `path` contains these files if their inputs are connected:
 //!
 //! | file | content |
 //! | --- | --- |
@@ -40,25 +40,26 @@
 //! > x = min(o, 1) 4 (n_0 + 2) + (k mod 4) (n + 2), y = 6 max(n_0 - 2 n + 2 (o - 1), 0) + f (n + 2)
 //!
 //! with o = k / 4 rounded down, n = n_0 / 2^o, and n_0 the `resolution` of the scale space. DDS files have
-//! the ending `.dds`, OpenEXR pictures, which are always an atlas, `.exr`.
+//! the extension `.dds`, and OpenEXR pictures, which are always an atlas, `.exr`.
 //!
 //! The table has 65 columns, column i for 1 - cos(theta_v) = i / 64. Rows 2 j and 2 j + 1 are (delta, log2 s)
 //! and the weight r, g, b of tap j, angles in radians; the last K rows are r, g, b, y of the taps about the
 //! normal.
 //!
-//! The table of a material that depends on the direction of its tangent, such as brushed metal, is another:
-//! its taps are facets that are tilted against the surface by slopes p along the tangent and q across it, and
-//! look along V mirrored about (p, q, 1). The texture is a column of square pictures over the disc of views,
-//! (V_x, V_y) / sqrt((1 + V_z) (1 + sqrt(V_z))), `side` texels wide: a quarter of the disc, from 0 to 1, if
-//! `quarter` of `facets` in `taps.json` is true, otherwise all of it, from -1 to 1. Pictures 2 j and 2 j + 1
-//! are (p, q, log2 s) and the weight r, g, b of tap j, the last K are those about the normal. The tensors are
-//! `taps` [side, side, J, 6], p, q, s, r, g, b, and `normals` [side, side, K, 4], rows along y. docs/taps.md
-//! has the look-up. Shaders of a `preset` take the tangent of the mesh in the way of the engine.
+//! The table is different if the material depends on the direction of its tangent, such as brushed metal:
+//! its taps are facets that are tilted against the surface by slopes p along the tangent and q across it,
+//! and look along V mirrored about (p, q, 1). The texture is a column of square pictures over the disc of
+//! views, (V_x, V_y) / sqrt((1 + V_z) (1 + sqrt(V_z))), `side` texels wide: a quarter of the disc, from 0
+//! to 1, if `quarter` of `facets` in `taps.json` is true, otherwise all of it, from -1 to 1. Pictures 2 j
+//! and 2 j + 1 are (p, q, log2 s) and the weight r, g, b of tap j, the last K are those about the normal.
+//! The tensors are `taps` [side, side, J, 6], p, q, s, r, g, b, and `normals` [side, side, K, 4], rows
+//! along y. docs/taps.md has the look-up. The shaders of a `preset` use the tangent of the mesh as the
+//! engine provides it.
 //!
-//! With `varied = true` it is the tables over a parameter (`vary` of `fit-taps`) that `table` holds, as an
-//! array of pictures: its layers are the rows above, and its rows the tables, from the first value of the
-//! parameter to the last. `taps.json` has `range`, these two values, and `tables` in the place of `table`;
-//! the tensors `taps` and `normals` have one more size before the others.
+//! With `varied = true`, `table` holds the tables over a parameter (`vary` of `fit-taps`), as an array of
+//! pictures: its layers are the rows above, and its rows the tables, from the first value of the parameter
+//! to the last. `taps.json` has these two values as `range`, and `tables` instead of `table`; the tensors
+//! `taps` and `normals` have one more dimension, before the others.
 //!
 //! `format = "safetensors"` writes one file instead, `.safetensors` after the item's `path`:
 //!
@@ -76,9 +77,10 @@
 //!
 //! ## Engines
 //!
-//! `preset` writes what an engine takes: the textures in its format and layout, a shader with the look-ups of
-//! this pair, and `README.txt` with the code that loads them. It needs both inputs. The shader is made from
-//! the same source as that of Specula's own preview; those for three.js and Babylon.js were run.
+//! `preset` writes the files for an engine: the textures in its format and layout, a shader with the
+//! look-ups of this pair, and `README.txt` with the code that loads them. It needs both inputs. The shader
+//! is generated from the same source as that of Specula's own preview; those for three.js and Babylon.js
+//! were run in the engine.
 //!
 //! ## In a renderer
 //!
@@ -99,7 +101,7 @@
 //!
 //! M is looked up in two levels, with x = 4 log2(s / s_0) between 0 and the last: level k = floor(x) and the
 //! next, mixed by (2^((x - k) / 2) - 1) (1 + sqrt(2)), which is linear in the variance. H is linear in 3 y
-//! between two kernels. docs/taps.md has the whole of it.
+//! between two kernels. docs/taps.md has the complete derivation.
 
 use containers::{
     Encoded, Precision, TexelFormat, Texture, tensors, write_dds, write_dds_rgba, write_exr, write_exr_rgba,
@@ -166,16 +168,16 @@ parameters! {
         preset: Option<EnginePreset> = None,
         /// The container. Default: that of the preset, or "ktx2".
         format: Option<TapsFormat> = None,
-        /// How the faces of all levels lie in a texture. Default: that of the preset, or "cube-array"; "exr"
-        /// is always an "atlas".
+        /// How the faces of all levels are laid out in a texture. Default: that of the preset, or
+        /// "cube-array"; "exr" is always an "atlas".
         layout: Option<TapsLayout> = None,
         /// The numbers of the light in KTX2 and DDS files. Default: "rgb9e5", or "half" in an atlas.
         texels: Option<TapsTexels> = None,
-        /// The errors [p95, p99] of a pair, in stops, up to which there is no warning.
+        /// The errors [p95, p99] of a pair, in stops, above which there is a warning.
         accept: Accept = ACCEPT,
-        /// Which of the scale space's lights stay beside the map of a pair; see Taps and lights of a pair.
+        /// Which lights of the scale space stay separate for a pair; see Taps and lights of a pair.
         lights: PairLights = PairLights::Auto,
-        /// Whether the tables over a parameter are written in place of that of the material.
+        /// Whether the tables over a parameter are written instead of that of the material.
         varied: bool = false,
     }
 }
@@ -272,7 +274,7 @@ impl Kind for ExportTaps {
             }
             let given = [("format", parameters.format.is_some()), ("layout", parameters.layout.is_some())];
             let given = given.into_iter().filter(|(_, given)| *given);
-            errors.extend(given.map(|(name, _)| (name, "the preset already gives it".into())));
+            errors.extend(given.map(|(name, _)| (name, "the preset already sets it".into())));
         }
         if format == TapsFormat::Exr && parameters.layout == Some(TapsLayout::CubeArray) {
             errors.push(("layout", "OpenEXR has no arrays of cubes; it holds an atlas".into()));
@@ -298,7 +300,7 @@ impl Kind for ExportTaps {
         }
         if parameters.varied {
             let is_alone = types.len() == 1 && types[0].0 == TAPS && parameters.preset.is_none();
-            let text = "tables over a parameter are written alone: connect taps, without a preset";
+            let text = "tables over a parameter are written separately: connect only taps, without a preset";
             return (!is_alone).then(|| ("varied", text.into())).into_iter().collect();
         }
         let is_alone = types.len() == 1 && parameters.preset.is_some();
@@ -312,8 +314,8 @@ impl Kind for ExportTaps {
         let taps = context.inputs.optional::<artifacts::Taps>(TAPS)?;
         if parameters.varied {
             let varied = taps.as_ref().and_then(|taps| taps.0.varied.as_ref()).ok_or_else(|| {
-                Failure::new("the taps are those of one material alone")
-                    .help("say `vary = \"roughness\"` in the stage of fit-taps")
+                Failure::new("the taps are those of a single material")
+                    .help("set `vary = \"roughness\"` in the stage of fit-taps")
             })?;
             return Ok(Output::files(varied_files(parameters.format(), varied, context.recipe())?));
         }

@@ -1,4 +1,4 @@
-//! Writes explicit reflection maps for T x T views: the whole reflected light field as a table.
+//! Writes explicit reflection maps for T x T views, the whole reflected light field as a table.
 //!
 //! ```toml
 //! [stage.view-maps]
@@ -10,15 +10,15 @@
 //! ```
 //!
 //! Each map is a plain reflection map for one view, so a renderer without spherical harmonics can show a
-//! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and Hanrahan
-//! 2002; [RH02, sec. 5.2 and app. C]). It is the largest of the exports: T x T maps, compared with the
+//! material that changes with the view, to any accuracy that the disk has space for (Ramamoorthi and
+//! Hanrahan 2002; [RH02, sec. 5.2 and app. C]). It is the largest export: T x T maps, compared with the
 //! (P+1)^2 coefficients of `export-shrm`.
 //!
-//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and phi_k
-//! = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. Between them a renderer interpolates bilinearly,
-//! as in such an image; past a pole the same row continues half a turn away, which for an odd T is half way
-//! between two columns. With T = 2 P + 1 `import-reflection-maps` can recover a field of degree P completely;
-//! for bilinear interpolation without visible error take about 10 P.
+//! The views are the texels of a lat-long image of T rows and T columns, theta_j = pi (j + 0.5) / T and
+//! phi_k = 2 pi (0.5 - (k + 0.5) / T), in the order of its pixels. A renderer interpolates bilinearly
+//! between them, as in such an image; beyond a pole the same row continues half a turn away, which for an
+//! odd T is half-way between two columns. With T = 2 P + 1 `import-reflection-maps` can recover a field of
+//! degree P completely; for bilinear interpolation without visible error, use about 10 P.
 //!
 //! | `view` | the views are | |
 //! | --- | --- | --- |
@@ -26,9 +26,9 @@
 //! | `local` | w_o = R^-1 V in the frame R = R_z(beta) R_y(alpha) of the texel at (alpha, beta) | the table B(alpha, beta, theta_o, phi_o) of [RH02, sec. 3.2]; frames turn around the poles, so each texel of a look-up needs its own w_o, and maps must not be filtered |
 //!
 //! The input is a reflection, which is evaluated at each texel, or an SHRM. An SHRM is used unchanged if it
-//! has the same layout and resolution, and is interpolated otherwise, with a note. With `resolution =
-//! "auto"`, the default, a reflection gets the lowest resolution at which interpolation has an error of 1 %,
-//! and an SHRM keeps its own. Each value takes O(P) operations.
+//! has the same layout and resolution; otherwise it is interpolated, with a note. With
+//! `resolution = "auto"`, the default, a reflection gets the lowest resolution for which interpolation has
+//! an error of 1 %, and an SHRM keeps its own. Each value takes O(P) operations.
 //!
 //! ## Files
 //!
@@ -37,13 +37,13 @@
 //! | `format` | files |
 //! | --- | --- |
 //! | `ktx2`, `dds` | `/maps.ktx2` or `/maps.dds`: an array of T x T layers, of 2D images or of cubes |
-//! | `exr` | `/view-000.exr` ...: a picture for each view; six faces of a cube lie below each other |
+//! | `exr` | `/view-000.exr` ...: a picture for each view; the six faces of a cube are stacked |
 //!
-//! and last `/view-maps.json`, the index: the file, layer and view of each map, how to look up a direction,
-//! how to interpolate. The manual of `import-reflection-maps` lists its members.
+//! and finally `/view-maps.json`, the index: the file, layer and view of each map, how to look up a
+//! direction, and how to interpolate. The manual of `import-reflection-maps` lists its members.
 //!
-//! A material with a matte base under a highlight gets two such folders: in `{path}-diffuse` are the maps of
-//! the base, looked up by the normal, and in `{path}` those of the highlight; a renderer adds both. With
+//! A material with a matte base under a highlight gets two such folders: `{path}-diffuse` has the maps of
+//! the base, looked up by the normal, and `{path}` those of the highlight; a renderer adds both. With
 //! `parts = "together"` one folder holds the sum, about the reflection vector.
 
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, parameters};
@@ -70,7 +70,7 @@ parameters! {
         resolution: Option<Resolution> = None,
         /// The container: a KTX2 or DDS array, or an OpenEXR picture for each view.
         format: MapsFormat = MapsFormat::Ktx2,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
+        /// For a material with a matte base under a highlight: one map for each part, or one for both.
         parts: PartsName = PartsName::Separate,
         ..numbers: Numbers,
     }

@@ -1,4 +1,5 @@
-//! Fits the look-ups, or taps, by which a material reads the scale space of an environment: a table of 4 KB.
+//! Fits the look-ups, or taps, with which a material reads the scale space of an environment: a table of 7
+//! KB.
 //!
 //! ```toml
 //! [stage.taps]
@@ -9,38 +10,39 @@
 //! > B(R, V) ~ sum over j < J of a_j(theta_v) M(d_j, s_j(theta_v))
 //! > + sum over k < K of b_k(theta_v) H(N, y_k(theta_v))
 //!
-//! R is the direction of the mirror's reflection, theta_v the angle between normal and view. Look-up j goes
-//! into the level of width s_j (see `scale-space`), in the direction d_j that lies in the plane of R and N,
-//! turned from R by delta_j toward N, and weighs a_j, RGB. A highlight has J of them, which stretch and move
-//! as it does, and one more into the light about the normal, for what the horizon cuts. A matte base has one
-//! look-up about the normal, and a base that is not even, such as oren-nayar, two besides. Layers have the
+//! R is the direction of mirror reflection, theta_v the angle between normal and view. Look-up j reads the
+//! level of width s_j (see `scale-space`), in the direction d_j in the plane of R and N, turned from R by
+//! delta_j toward N, with the weight a_j, RGB. A highlight has J look-ups, which stretch and move as it
+//! does, and one more into the light about the normal, for light that the horizon cuts off. A matte base
+//! has one look-up about the normal, and an uneven base, such as oren-nayar, two more. Layers have the
 //! look-ups of each.
 //!
-//! The fit looks at the BRDF alone, under round spots of light of three sizes in a dim ambient light, at
-//! views as a ball shows them, and measures errors in stops. So a table serves every environment. Toward each
-//! view the weights add up to the directional albedo of the material in each colour, exactly: no light is
-//! lost, and none is made.
+//! The fit uses only the BRDF, under round spots of light of three sizes in a dim ambient light, toward the
+//! views of a ball, and measures errors in stops. So a table serves every environment. For each view the
+//! weights add up exactly to the directional albedo of the material in each colour: no light is lost or
+//! added.
 //!
-//! With `taps = "auto"` J is the least of 1, 2, 3, 4, 6 and 8 whose residual is at most `error`, or which the
-//! next number does not lower by a quarter: what is left then is no matter of more look-ups. The residual is
-//! that of spots of light. Under an environment another number may do: `export-taps` measures each, and takes
-//! the cheapest that is accurate enough. docs/taps.md has tables.
+//! With `taps = "auto"` J is the least of 1, 2, 3, 4, 6 and 8 whose residual is at most `error`, or that
+//! the next number does not improve by a quarter, because then more look-ups do not help. The residual is
+//! that under spots of light. Under an environment another number may be better: `export-taps` measures
+//! each, and takes the cheapest that is accurate enough. docs/taps.md has tables.
 //!
 //! ## Over a parameter
 //!
-//! With `vary`, the name of a number of the material such as `"roughness"`, `vary-rows` tables are fitted
-//! besides, in even steps from `vary-from` to `vary-to`, for a renderer that takes the parameter from a
-//! texture. All have as many taps (`taps`, or 6), each of which changes smoothly from table to table, so that
-//! a look-up may interpolate; `export-taps` with `varied = true` writes them. For all metals and dielectrics
-//! at once, by their reflectance head on, see `form = "taps"` of `dfg`.
+//! With `vary`, the name of a numeric parameter of the material such as `"roughness"`, `vary-rows`
+//! additional tables are fitted in even steps from `vary-from` to `vary-to`, for renderers that read the
+//! parameter from a texture. All have the same number of taps (`taps`, or 6), each of which changes
+//! smoothly from table to table, so that a look-up can interpolate; `export-taps` with `varied = true`
+//! writes them. For all metals and dielectrics at once, by their reflectance head on, see `form = "taps"`
+//! of `dfg`.
 //!
 //! ## Brushed metal
 //!
-//! A material that depends on the direction of its tangent has taps that know it: each looks along the view
-//! mirrored about a facet, which is tilted against the surface along the tangent and across it. J is 4 and 8
-//! with `taps = "auto"`, and `export-taps` takes one of the two. For shaders without tangents there are taps
-//! of its mean over all turns about the normal as well. Materials that reflect in a cone about the tangent,
-//! as kajiya-kay does, have these alone, with a warning.
+//! If a material depends on the direction of its tangent, so do its taps: each looks along the view
+//! mirrored about a facet, which is tilted against the surface along the tangent and across it. With
+//! `taps = "auto"`, J is 4 and 8, and `export-taps` takes one of the two. For shaders without tangents
+//! there are also taps of the mean over all rotations about the normal. Materials that reflect in a cone
+//! about the tangent, such as kajiya-kay, have only these, with a warning.
 
 use brdf::{Centre, Material};
 use containers::tensors::{MaterialTaps, VariedTaps};
@@ -60,7 +62,7 @@ parameters! {
         /// The residual, in stops, that `taps = "auto"` accepts.
         #[range(0.0..=10.0)]
         error: f64 = ERROR,
-        /// The name of a number of the material; see Over a parameter.
+        /// The name of a numeric parameter of the material; see Over a parameter.
         vary: Option<String> = None,
         /// The first value of `vary`.
         #[range(-1e6..=1e6)]
@@ -130,8 +132,8 @@ impl Kind for FitTaps {
         let material = context.inputs.get::<artifacts::Material>("material")?.0.clone();
         if material.centre() == Centre::Tangent {
             reporter.warn(
-                "the material reflects in a cone about its tangent, which no few taps are; its taps are those of its \
-                 mean over all turns, and shade-vertices keeps the direction",
+                "the material reflects in a cone about its tangent, which a few taps cannot represent; its \
+                 taps are those of its mean over all rotations, and shade-vertices keeps the direction",
             );
         }
         let varied = parameters.varied(&material, reporter)?;

@@ -1,4 +1,4 @@
-//! Reads explicit reflection maps for several views and fits a spherical harmonic reflection map to them.
+//! Reads explicit reflection maps for several views, and fits a spherical harmonic reflection map to them.
 //!
 //! ```toml
 //! [stage.old-maps]
@@ -8,25 +8,25 @@
 //!
 //! `source` names a JSON index, which names the files of the maps: pictures (OpenEXR, Radiance, TIFF) or
 //! textures (KTX2, DDS of RGBA floats). `export-cabral`, `export-kautz-mccool` and `export-view-maps` write
-//! such an index; for old data from other programs write one by hand. The result is of type `shrm`, for
+//! such an index; for data from other programs, write one by hand. The result is of type `shrm`, for
 //! `export-shrm` and the exports of maps.
 //!
 //! For each texel the coefficients are the least-squares fit to the values of all views, without
 //! regularisation: if the views do not determine the coefficients, the item fails (Ramamoorthi and Hanrahan
-//! 2002, appendix C). The build notes P, the residual (the part of the maps that the fit does not reproduce,
-//! as a share of their root mean square), and by how much errors of the maps are amplified in the
-//! coefficients.
+//! 2002, appendix C). The build notes P, the residual (the part of the maps that the fit does not
+//! reproduce, as a share of their root mean square), and how much the coefficients amplify errors in the
+//! maps.
 //!
 //! | maps | result | P at most |
 //! | --- | --- | --- |
 //! | twelve views of an icosahedron | global | 2 |
 //! | K slices for angles theta_o | local, terms with q = 0 | K - 1 |
 //! | T x T views | local or global as they are | (T - 1) / 2 |
-//! | other views | local or global as they are | what they determine |
+//! | other views | local or global as they are | as many as they determine |
 //!
 //! A field with at most this P is recovered to the precision of the files. If the field has more, the rest
-//! remains in the residual or folds into the coefficients. Without `degree` it is that of the index or, if
-//! that is too high or missing, the highest P that the views determine well.
+//! stays in the residual or aliases into the coefficients. If there is no `degree`, P is the one in the
+//! index or, if that is too high or missing, the highest P that the views determine well.
 //!
 //! ## The index
 //!
@@ -50,7 +50,7 @@
 //! | `centre` | the direction by which maps are looked up: `reflection` (the vector R; the default), `normal` or `tangent` |
 //! | `views` | `global`: each map has a view in the world. `local`: a view in the frame of each texel. `angles`: an angle between central direction and view |
 //! | `layout` | `cube`, `lat-long` or `sphere`, as in the manual of `export-cabral` |
-//! | `degree` | the P of what the maps were made from, if known |
+//! | `degree` | the P of the field that the maps were made from, if known |
 //! | `maps` | one entry for each map |
 //! | `resolution`, `method`, `central_direction`, `frame`, `lookup`, `interpolation`, `triangles`, `specula` | optional: for renderers and people |
 //!
@@ -64,22 +64,22 @@
 //! | `right` or `right_file` | with layout `sphere`: optional: the direction that is right in the image, up x view |
 //! | `theta_o` | with `angles`: the angle in radians, 0 to pi |
 //!
-//! If a direction is given in both frames, the two must agree. In a picture a cube's faces +X -X +Y -Y +Z -Z
-//! are stacked; a texture has six faces. All maps of an index have the same size. One map for two views, or
-//! two maps for one view, are accepted with a warning.
+//! If a direction is given in both frames, the two must agree. In a picture, the faces +X -X +Y -Y +Z -Z of
+//! a cube are stacked; a texture has six faces. All maps of an index must have the same size. One map for
+//! two views, or two maps for one view, give a warning.
 //!
-//! The item is named after its index. To read several sets by one glob, give each index its own name.
+//! The item is named after its index. To read several sets with one glob, give each index its own name.
 //!
 //! ## Sphere maps
 //!
 //! Balls seen from different views have no texels in common, so each is first interpolated onto a cube, by
-//! default with half the ball's edge. That blurs a little, and a ball holds almost no information around its
-//! rim, where the central direction is opposite to the view: expect a residual of a few percent. Cubes and
-//! lat-long maps keep their texels.
+//! default with half the ball's edge. This blurs a little, and a ball holds almost no information at its
+//! rim, where the central direction is opposite to the view, so expect a residual of a few percent. Cubes
+//! and lat-long maps keep their texels.
 //!
 //! ## Processors
 //!
-//! As for `import-environment`, the kind of processor is part of the key.
+//! As with `import-environment`, the type of processor is part of the key.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read as _;
@@ -99,7 +99,7 @@ use crate::values::{MAX_RESOLUTION, artifacts};
 parameters! {
     /// Parameters of `import-reflection-maps`.
     pub(crate) struct Parameters {
-        /// P of the result. Default: that of the index, as far as the views determine it well.
+        /// P of the result. Default: that of the index, or the highest that the views determine well.
         #[range(0..=64)]
         degree: Option<usize> = None,
         /// With sphere maps: the edge of the cube that they are interpolated onto. Default: half of theirs.
@@ -349,7 +349,7 @@ fn open(file: &str, layout: FileLayout, context: &Context<'_>) -> Result<Texture
 fn wrong_shape(layout: FileLayout, width: usize, height: usize) -> Failure {
     let rule = match layout {
         FileLayout::Cube => {
-            "a cube has six square faces, below each other in a picture, six times as high as wide"
+            "a cube has six square faces, stacked in a picture that is six times as high as wide"
         }
         FileLayout::LatLong => "a lat-long map is twice as wide as high",
         FileLayout::Sphere => "a sphere map is square",

@@ -193,7 +193,7 @@ impl MapInput {
         }
         if !map.is_met {
             let lamps = if bakes {
-                "; lamps = \"separate\" leaves the suns and lamps, which need most of it, to the renderer"
+                "; lamps = \"separate\" leaves the suns and lamps, which cause most of it, to the renderer"
             } else {
                 ""
             };
@@ -240,8 +240,9 @@ impl MapInput {
         let missed = (estimate > error && (is_auto || self.error.is_some())).then(|| {
             let way = if is_auto { "\"auto\" stops at" } else { "it has" };
             format!(
-                "the map is too coarse for what it reflects: between its texels it is off by about {} of the RMS radiance, \
-                 and {} was allowed; {way} {resolution} texels along an edge, and {} would do; {}",
+                "the map is too coarse for its reflection: between its texels it is off by about {} of the \
+                 RMS radiance, and {} was allowed; {way} {resolution} texels along an edge, and {} would be \
+                 enough; {}",
                 percent(estimate),
                 percent(error),
                 (enough.texels as f64 * (enough.estimated_error / error).max(1.0).sqrt()).ceil(),
@@ -295,7 +296,7 @@ impl MapInput {
     fn arriving(&self, map: Arc<artifacts::Shrm>) -> Result<Arc<artifacts::Shrm>, Failure> {
         let mismatch = |parameter: &str, asked: &str| {
             let found = shape(&map.0);
-            Err(Failure::new(format!("{parameter} = {asked}, but the map that arrives is {found}"))
+            Err(Failure::new(format!("{parameter} = {asked}, but the connected map is {found}"))
                 .help(format!("remove {parameter}, or make a new map from a reflection")))
         };
         let (layout, resolution) = match map.0.grid() {

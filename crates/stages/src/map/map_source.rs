@@ -138,7 +138,7 @@ impl MapSource {
         check_total(texels, maps, count)?;
         reporter.check_cancelled()?;
         let set = reporter.until_stopped(|stop| ViewSet::from_shrm(map, views, stop))?;
-        let set = set.ok_or_else(|| Failure::new(format!("{maps} views do not make a set of maps")))?;
+        let set = set.ok_or_else(|| Failure::new(format!("{maps} views are not a set of maps")))?;
         match self.lamps() {
             Some(lamps) => {
                 let steps = steps.part(1, maps * shrm::blocks(texels));

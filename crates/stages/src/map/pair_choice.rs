@@ -81,7 +81,7 @@ fn help(scales: &EnvironmentScales, taps: &MaterialTaps) -> String {
     let mut remedies = Vec::new();
     let needed = widths_for(&taps.material).edge();
     if needed > scales.space.widths().edge() {
-        remedies.push(format!("resolution = {needed} of scale-space for so sharp a highlight"));
+        remedies.push(format!("resolution = {needed} of scale-space for such a sharp highlight"));
     }
     if !scales.space.lights().is_empty() {
         remedies.push("more `lights` of scale-space".to_owned());

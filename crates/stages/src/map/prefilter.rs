@@ -8,9 +8,9 @@
 //! resolution = 256
 //! ```
 //!
-//! An engine looks up, for the direction it reflects in, the mean of the light over a lobe that is wider the
-//! rougher the surface is. Each level of the cube holds that mean for one roughness r, with a = r^2, view,
-//! normal and reflection vector being one (N):
+//! For the direction of reflection, an engine looks up the mean of the light over a lobe that is wider for
+//! rougher surfaces. Each level of the cube holds that mean for one roughness r, with a = r^2, if view,
+//! normal and reflection vector are the same (N):
 //!
 //! > F(N) = integral of L(w) K(N.w) dw / integral of K(N.w) dw
 //!
@@ -25,32 +25,34 @@
 //!
 //! ## Levels
 //!
-//! `preset` gives the roughness that an engine looks for in each level, and the size of the last:
+//! `preset` sets the roughness that an engine expects in each level, and the size of the last:
 //!
 //! | `preset` | level l of 0 to n | last level |
 //! | --- | --- | --- |
 //! {rows: levels of engines}
 //!
-//! The other presets of `export-engine` are engines that filter a lat-long image themselves. For an engine of
-//! your own, give `roughness = [0.0, 0.25, 0.5, 1.0]`, and write the cube with `export-environment` as a KTX2
-//! or DDS texture with these levels. So are cubes of `charlie` and `lambert`, which no preset loads, written.
+//! The other presets of `export-engine` are engines that filter a lat-long image themselves. For your own
+//! engine, set `roughness = [0.0, 0.25, 0.5, 1.0]`, and write the cube with `export-environment` as a KTX2
+//! or DDS texture with these levels. Do the same for cubes of `charlie` and `lambert`, which no preset
+//! loads.
 //!
 //! ## Methods
 //!
 //! A prefilter multiplies each degree l of the light's spherical harmonics by a number (Ramamoorthi and
 //! Hanrahan 2002), so a level is exact up to the degree that its lobe needs: 5 / a for GGX, and 74 from
-//! roughness 0.7 on. With `method = "auto"` a level is made so if the light holds that degree (the
-//! environment's width less one, or the degree of `lighting`, which is optional), otherwise by quadrature
-//! over the environment's texels: those near the lobe one by one, those far from it in blocks. Neither has
-//! the noise of sampling: a sun of three texels keeps its energy. The build notes the method, the degree and
-//! the estimated error of each level, and how many values were negative and became 0.
+//! roughness 0.7 on. With `method = "auto"` a level is made in this way if the light has that degree (the
+//! environment's width minus one, or the degree of `lighting`, which is optional), and otherwise by
+//! quadrature over the environment's texels: those near the lobe one by one, those far from it in blocks.
+//! Neither has sampling noise: a sun of three texels keeps its energy. The build notes the method, the
+//! degree and the estimated error of each level, and how many negative values became 0.
 //!
-//! `method = "fast"` is for previews and for many environments. GGX levels of roughness 0.034 to 0.125, which
-//! take most of the time, are then sums over a chain of coarser cubes (after Manson and Sloan 2016): a fifth
-//! of the time of harmonics, a hundredth of that of quadrature. Their error is up to 0.3 percent of the
-//! level (RMS) in soft light, 0.3 to 1.2 percent in photographs without a sun, 2 to 4 percent if a sun of
-//! few pixels is nearly all of the light, and up to 9 if that lies in a corner of the cube. The note
-//! compares 64 texels with quadrature, and may miss a sun. Other levels are made as with `auto`.
+//! `method = "fast"` is for previews and for many environments. GGX levels of roughness 0.034 to 0.125,
+//! which take most of the time, are then sums over a chain of coarser cubes (after Manson and Sloan 2016),
+//! which takes a fifth of the time of harmonics and a hundredth of the time of quadrature. Their error
+//! (RMS) is up to 0.3 percent of the level in soft light, 0.3 to 1.2 percent in photographs without a sun,
+//! 2 to 4 percent if a sun of few pixels is nearly all of the light, and up to 9 percent if that sun is in
+//! a corner of the cube. The note compares 64 texels with quadrature, and may miss a sun. Other levels are
+//! made as with `auto`.
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter};
@@ -77,7 +79,7 @@ parameters! {
     pub(crate) struct Parameters {
         /// The lobe; see the table.
         distribution: DistributionName = DistributionName(Distribution::Ggx),
-        /// The engine whose levels are made; see Levels. Default: "three", unless `roughness` is given.
+        /// The engine whose levels are made; see Levels. Default: "three", unless there is a `roughness`.
         preset: Option<EnginePreset> = None,
         /// The roughness of each level, from 0 to 1, instead of a preset.
         roughness: Option<Vec<f64>> = None,
@@ -166,7 +168,7 @@ impl Kind for Prefilter {
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
         let is_ggx = parameters.distribution.0 == Distribution::Ggx;
         let not_fast = (parameters.method.0 == MethodChoice::Fast && !is_ggx)
-            .then(|| ("method", "\"fast\" is fitted to distribution = \"ggx\" alone".into()));
+            .then(|| ("method", "\"fast\" supports only distribution = \"ggx\"".into()));
         parameters.levels().err().into_iter().chain(not_fast).collect()
     }
 
@@ -187,7 +189,8 @@ impl Kind for Prefilter {
             let is_fast = matches!(level.method, LevelMethod::Fast { .. });
             if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
                 reporter.warn(format!(
-                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and closer",
+                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and more \
+                     accurate",
                     about(error)
                 ));
             }
@@ -210,13 +213,13 @@ impl Kind for Prefilter {
 fn both(preset: EnginePreset, roughness: &[f64], resolution: usize) -> String {
     match (preset.roughness(resolution), preset.size_with(roughness.len())) {
         (Ok(levels), Some(size)) if levels.len() != roughness.len() => format!(
-            "a list of length {}, but {} reads {} levels of a cube of {resolution}; the nearest resolution that \
-             fits is {size}, and the preset alone gives its levels",
+            "a list of length {}, but {} reads {} levels of a cube of {resolution}; the nearest resolution \
+             that fits is {size}, or leave out `roughness`, because the preset sets the levels",
             roughness.len(),
             preset.name,
             levels.len()
         ),
-        _ => "the preset already gives the levels".into(),
+        _ => "the preset already sets the levels".into(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Writes a reflection map without harmonics: the integral that the other kinds compute faster.
+//! Writes a reflection map without harmonics, by the integral that the other kinds compute faster.
 //!
 //! ```toml
 //! [stage.truth]
@@ -14,12 +14,12 @@
 //!
 //! > B(C, V) = integral over w of L(w) rho_hat(w, V) dOmega
 //!
-//! A texel of the environment has one radiance all over its area. With `method = "summed"`, a lobe of 20 rows
-//! or more takes the sum over the texels, with rho_hat at their centres. A narrower one is integrated over
-//! their areas: blocks of texels, texels and parts of texels are divided where rho_hat varies in them, until
-//! the estimated error is 5e-4 of the radiance, 7e-4 stops.
+//! A texel of the environment has the same radiance over its whole area. With `method = "summed"`, a lobe
+//! of at least 20 rows is summed over the texels, with rho_hat at their centres. A narrower lobe is
+//! integrated over their areas: blocks of texels, texels and parts of texels are divided where rho_hat
+//! varies in them, until the estimated error is 5e-4 of the radiance, 7e-4 stops.
 //!
-//! There are no harmonics, no degree and no ringing: use it to see what a degree or an export loses. The
+//! There are no harmonics, no degree and no ringing, so use it to see what a degree or an export loses. The
 //! central direction C of a texel is its own direction, as in `export-reflection-map`: the reflection vector,
 //! or the normal of a lambert material, or the tangent of a kajiya-kay one. The time of a sum is proportional
 //! to (texels of the map) x (lit texels of the environment); `environment-resolution` limits the second.
@@ -28,18 +28,19 @@
 //!
 //! With `method = "sampled"` each texel is the mean over `samples` directions. They are drawn from the
 //! product of the light and the material, from the light alone and from the material alone, and weighted by
-//! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material and
-//! from simple lobes, but each direction counts with the radiance and the rho_hat that it has. So there is no
-//! ringing here either: the series changes the noise alone. The time does not depend on the environment's
-//! size, which suits a large `environment-resolution`.
+//! the balance heuristic (Veach and Guibas 1995). The densities come from a short series of the material
+//! and from simple lobes, but each direction counts with its exact radiance and rho_hat. So there is no
+//! ringing here either: the series affects only the noise. The time does not depend on the size of the
+//! environment, so you can use a large `environment-resolution`.
 //!
-//! The build notes the standard error in relation to the root mean square of the map: the root mean square
+//! The build notes the standard error relative to the root mean square of the map: its root mean square
 //! over all texels and channels, and the largest. Two thirds of the differences from the truth are smaller
-//! than the standard error. It is itself an estimate, from batches of 32 directions that do not depend on
-//! each other: with few of them it is uncertain, and if next to nothing is reflected, it may be too small.
-//! Four times as many samples halve it, or better. Another `seed` gives other noise.
+//! than the standard error. It is itself an estimate, from independent batches of 32 directions: with few
+//! batches it is uncertain, and if almost nothing is reflected, it may be too small. Four times as many
+//! samples at least halve it. Another `seed` gives different noise.
 //!
-//! Samples are spread over the areas of the environment's texels, so both methods tend to the same integral.
+//! Samples are spread over the areas of the environment's texels, so both methods converge to the same
+//! integral.
 //!
 //! ```toml
 //! [stage.truth]
@@ -53,10 +54,10 @@
 //!
 //! ## The view
 //!
-//! | `view` | what a texel shows |
+//! | `view` | meaning of a texel |
 //! | --- | --- |
-//! | `"head-on"` | each surface viewed straight on: the view, the normal and the reflection vector are one; for kajiya-kay, whose texels are tangents, the view is at a right angle to the tangent |
-//! | `[yaw, pitch]` | every central direction seen by one distant viewer, in the direction +X turned by these degrees (a positive pitch lowers it, as in `rotate`) |
+//! | `"head-on"` | each surface viewed straight on: the view, the normal and the reflection vector are the same; for kajiya-kay, whose texels are tangents, the view is perpendicular to the tangent |
+//! | `[yaw, pitch]` | every central direction seen by one distant viewer, in the direction +X rotated by these degrees (a positive pitch tilts it down, as in `rotate`) |
 //!
 //! For a material that looks the same from every view (lambert, phong) the map does not depend on `view`.
 //!
@@ -162,26 +163,26 @@ parameters! {
         /// 512.
         #[range(64..=MOST_SAMPLES)]
         samples: Option<usize> = None,
-        /// With method "sampled": other numbers have other noise. Default: 0.
+        /// With method "sampled": another number gives different noise. Default: 0.
         #[range(0..=u32::MAX as usize)]
         seed: Option<usize> = None,
         /// The direction of the viewer; see The view.
         view: Viewer = Viewer::HeadOn,
-        /// Rows of the environment that is summed over; it has twice as many columns. A finer environment is
-        /// first averaged down to this, by exact areas.
+        /// Rows of the environment for the sum; it has twice as many columns. A finer environment is first
+        /// averaged down to this, by exact areas.
         #[range(1..=MAX_RESOLUTION)]
         #[was("rows")]
         environment_resolution: usize = 128,
         /// With method "summed": the share of a lobe that may be ignored. Lambert, phong and microfacet sum
-        /// over the cap that holds the rest, if it is 20 rows wide or more. 0 sums over everything.
+        /// over the cap that contains the rest, if it is at least 20 rows wide. 0 sums over everything.
         #[range(0.0..1.0)]
         cull: f64 = 0.0,
-        /// How the sphere lies on the written images, as in export-reflection-map.
+        /// How the sphere is laid out on the written images, as in export-reflection-map.
         layout: Layout = Layout::LatLong,
         /// Rows of a lat-long map, which has twice as many columns; texels along the edge of a cube's face.
         #[range(1..=MAX_RESOLUTION)]
         resolution: usize = 32,
-        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for looking.
+        /// The container: OpenEXR, Radiance, or a tone-mapped PNG for viewing.
         format: PictureFormat = PictureFormat::Exr,
         /// With format "png": stops by which radiance is multiplied before tone mapping.
         #[range(STOPS)]

@@ -1,4 +1,4 @@
-//! Blurs an environment by Gaussians of many widths: the one small map that every material reads by a few
+//! Blurs an environment by Gaussians of many widths: one small map that every material reads with a few
 //! look-ups.
 //!
 //! ```toml
@@ -10,18 +10,18 @@
 //! > M(d, s) = integral of L(w) g_s(angle(w, d)) dw
 //!
 //! g_s is a Gaussian with the standard deviation s, cut at 90 degrees and scaled to an integral of 1. A
-//! material is a table of look-ups, or taps (`fit-taps`): where a pixel looks, by the angle between view and
-//! normal, how wide, and with which weight. Six of them come within a tenth of a stop of the integral over
-//! the whole environment. The scale space does not depend on materials: an edit of the light remakes it and
-//! nothing else, and an edit of a material leaves it alone. docs/taps.md derives all this, with the errors of
-//! many materials.
+//! material is a table of look-ups, or taps (`fit-taps`): for the angle between view and normal it says
+//! where a pixel looks, how wide, and with which weight. For most materials six of them come within a tenth
+//! of a stop of the integral over the whole environment. The scale space does not depend on materials: an
+//! edit of the light rebuilds it and no tables, and an edit of a material leaves it alone. docs/taps.md
+//! derives all this, with the errors of many materials.
 //!
 //! The levels have s = s_0 2^(k / 4) with s_0 = 2.4 / `resolution` radians, and `resolution` / 2^(k / 4,
 //! rounded down) texels along the edge of a face, down to 2. Each is a convolution in spherical harmonics,
-//! one factor for each degree (Ramamoorthi and Hanrahan 2002, equation 5), so that all light is in it,
-//! however small its source. Beside the levels are four maps of the light about a normal N, by kernels h_y(m)
-//! = m / (m (1 - y) + y) of the cosine m from N: materials whose reflection the horizon of N cuts read these,
-//! and the last, y = 1, is what a white diffuse surface shows.
+//! with one factor for each degree (Ramamoorthi and Hanrahan 2002, equation 5), so it contains all light,
+//! however small its source. Four more maps have the light about a normal N, with kernels h_y(m) = m / (m
+//! (1 - y) + y) of the cosine m from N. Materials whose reflection is cut off by the horizon of N read
+//! these, and the last, y = 1, is the radiance of a white diffuse surface.
 //!
 //! ## Resolution
 //!
@@ -32,14 +32,14 @@
 //! | roughness 0.2 | 128 |
 //! | roughness 0.15 | 256 |
 //!
-//! A highlight that is narrower than the finest level looks as wide as that.
+//! A highlight that is narrower than the finest level looks as wide as that level.
 //!
 //! ## Lights
 //!
 //! The `lights` strongest suns and lamps are taken out of the levels and kept as lights, each a disk with a
-//! direction and an irradiance. A renderer adds each by the material's own formula, which costs less than two
-//! look-ups, and is exact where blurred lamps are farthest from the truth. All other light stays in the
-//! levels, with its real shape: nothing is lost with `lights = 0`.
+//! direction and an irradiance. A renderer adds each with the material's own formula, which costs less than
+//! two look-ups and is exact in the cases for which blurred lamps have the largest errors. All other light
+//! stays in the levels, with its real shape, so nothing is lost with `lights = 0`.
 
 use containers::tensors::EnvironmentScales;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, parameters};
@@ -107,9 +107,9 @@ impl Kind for ScaleSpaceOfLight {
         let of = |count: usize| if count == 1 { "1 light".to_owned() } else { format!("{count} lights") };
         let (edge, levels) = (widths.edge(), widths.len());
         reporter.note(match found - kept {
-            0 => format!("{levels} levels from {edge} x {edge} on; {} beside them", of(kept)),
+            0 => format!("{levels} levels from {edge} x {edge} on; {} separate", of(kept)),
             baked => format!(
-                "{levels} levels from {edge} x {edge} on; {} beside them, {} in them",
+                "{levels} levels from {edge} x {edge} on; {} separate, {} in the levels",
                 of(kept),
                 of(baked)
             ),

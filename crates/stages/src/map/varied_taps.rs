@@ -47,10 +47,10 @@ pub(crate) fn members(
         };
         let known: Vec<&str> = material.leaves().into_iter().flat_map(numbers).collect();
         return Err(match known.as_slice() {
-            [] => {
-                Failure::new(format!("the material has no number to vary, and none is called {parameter:?}"))
-            }
-            known => Failure::new(format!("the material has no number {parameter:?} to vary"))
+            [] => Failure::new(format!(
+                "the material has no numeric parameter, and so none named {parameter:?}"
+            )),
+            known => Failure::new(format!("the material has no numeric parameter {parameter:?}"))
                 .help(format!("expected {}", known.join(", "))),
         });
     }

@@ -16,7 +16,7 @@ use crate::values::{TomlText, is_integer, table_of, toml_text};
 /// The one parameter of a measured table.
 const SCALE: Parameter = Parameter {
     name: "scale",
-    meaning: "what the table is multiplied by",
+    meaning: "the factor for the table",
     value_type: ValueType::Colour(brdf::WEIGHT),
     absent: Absent::Default(1.0),
 };
@@ -26,11 +26,11 @@ const SCALE: Parameter = Parameter {
 pub fn why_not_editable(file: &Path) -> Option<String> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let reason = if is_gltf_file(&name) {
-        "a material of a glTF file is edited where it was made; a material file of the model standard has the same \
-         parameters"
+        "edit a material of a glTF file in the program that made it; a material file with the model standard \
+         has the same parameters"
     } else if is_materialx_file(&name) {
-        "a material of a MaterialX file is edited where it was made; a material file of the model standard has the \
-         same parameters"
+        "edit a material of a MaterialX file in the program that made it; a material file with the model \
+         standard has the same parameters"
     } else if is_measured_file(&name) {
         "a measured table has no parameters; a material file with model = \"measured\" can scale it"
     } else {
@@ -63,7 +63,7 @@ pub fn material_form(name: &str, text: &str) -> Result<MaterialForm, String> {
 /// If the file has other parameters than the form.
 pub fn material_with_form(name: &str, text: &str, form: &MaterialForm) -> Result<String, String> {
     let old = material_form(name, text)?;
-    let changed_shape = || format!("{name} has other parameters now");
+    let changed_shape = || format!("{name} now has other parameters");
     if !old.has_same_parameters(form) {
         return Err(changed_shape());
     }
@@ -367,7 +367,7 @@ mod tests {
         assert!(why("model = \n").starts_with("paint.toml:1:"), "{}", why("model = \n"));
         let reason = |name: &str| why_not_editable(Path::new(name));
         assert!(reason("a/gold.binary").unwrap().starts_with("gold.binary: a measured table"));
-        assert!(reason("knot.glb").unwrap().starts_with("knot.glb: a material of a glTF file"));
+        assert!(reason("knot.glb").unwrap().starts_with("knot.glb: edit a material of a glTF file"));
         assert_eq!(reason("gold.toml"), None);
     }
 
@@ -377,7 +377,7 @@ mod tests {
         let other = "model = \"phong\"\nexponent = 4\n";
         assert_eq!(
             material_with_form("paint.toml", other, &form).unwrap_err(),
-            "paint.toml has other parameters now"
+            "paint.toml now has other parameters"
         );
     }
 

@@ -88,7 +88,7 @@ fn read_with(
     }
     if choice.is_some() {
         return Err(Failure::new(format!(
-            "{name} is not a glTF or MaterialX file, of whose materials one could be chosen"
+            "{name} is not a glTF or MaterialX file, so there is no material to choose from"
         ))
         .help("remove `material`, or name a .gltf, .glb or .mtlx file"));
     }
@@ -229,7 +229,7 @@ impl MaterialReader<'_> {
                 Some((&entry.key, nearest(&entry.key.to_lowercase(), ["model", LAYERS, presets::KEY])?))
             });
             self.errors.push(match near.next() {
-                Some((key, near)) => error.help(format!("did you mean {near:?} by {key:?}?")),
+                Some((key, near)) => error.help(format!("did you mean {near:?} instead of {key:?}?")),
                 None => error,
             });
             return None;
@@ -407,7 +407,7 @@ impl MaterialReader<'_> {
             let message = format!("layers are nested more than {DEEPEST} deep");
             self.errors.push(
                 Diagnostic::at(entry.key_span.clone(), message)
-                    .help("put them side by side in one list: layers are summed"),
+                    .help("put all of them into one list, because layers are summed"),
             );
             return None;
         }

@@ -100,7 +100,7 @@ fn measured() -> Value {
     let summary = "a measured BRDF";
     let names = MeasuredFormat::ALL.map(MeasuredFormat::name);
     let mut scale = colour(&brdf::WEIGHT);
-    scale["description"] = "What the table is multiplied by: a colour.".into();
+    scale["description"] = "The factor for the table: a colour.".into();
     scale["default"] = 1.into();
     let file = format!("The measured file, from this file's folder: {}.", endings());
     let format = "The format of the file. Default: by the file's extension.";
@@ -153,7 +153,7 @@ fn layers() -> Value {
         "type": "array",
         "items": { "$ref": "#/$defs/material" },
         "minItems": 1,
-        "description": "The materials that are summed, each a table with its `model`.",
+        "description": "The materials to sum, each a table with its `model`.",
     });
     let model = json!({ "const": LAYERS, "description": "Optional." });
     let properties = [("model".to_owned(), model), (LAYERS.to_owned(), each)];

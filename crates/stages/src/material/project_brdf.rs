@@ -8,35 +8,36 @@
 //!
 //! > rho_hat(w_i, w_o) = sum over l, p, q of rho_lpq Y*_lq(w_i) Y_pq(w_o)
 //!
-//! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident and the outgoing
-//! direction about the model's central direction: the reflection vector R of the view for most models, the
-//! normal for lambert alone, the tangent for kajiya-kay. About R a highlight stays in place for every view,
-//! so few degrees in the outgoing direction (P) are needed in addition to those in the incident one (F).
-//! rho_lpq is real and the same for q and -q, because materials are isotropic: an anisotropic material is
-//! replaced by its mean over all turns about the normal, with a warning; `tabulate-brdf` keeps its direction.
+//! rho_hat is the BRDF times the cosine of the incident angle, as a function of the incident and the
+//! outgoing direction about the model's central direction: the reflection vector R of the view for most
+//! models, the normal for lambert alone, the tangent for kajiya-kay. About R a highlight stays in place for
+//! every view, so few degrees in the outgoing direction (P) are needed in addition to those in the incident
+//! one (F). rho_lpq is real and the same for q and -q, because materials are isotropic: an anisotropic
+//! material is replaced by its mean over all rotations about the normal, with a warning; `tabulate-brdf`
+//! keeps its direction.
 //!
 //! The integrals ([RH02, eq. 13 and app. C]; [Ram02, eq. 5.22])
 //!
 //! > rho_lpq = 2 pi * integral of rho_hat f_lq(theta_i) f_pq(theta_o) cos(q phi) sin(theta_i) sin(theta_o)
 //!
-//! are taken over panels that are halved until two rules of quadrature agree. Light from below the surface's
-//! horizon (N.L <= 0, with N half way between R and the view) is not reflected; that cut lies between panels,
-//! so it costs no accuracy. For smooth models the coefficients are accurate to 1e-6 of their norm. Phong and
-//! lambert alone are radially symmetric: P = 0, in closed form.
+//! are computed over panels that are halved until two quadrature rules agree. Light from below the
+//! surface's horizon (N.L <= 0, with N half way between R and the view) is not reflected; that edge lies
+//! between panels, so it costs no accuracy. For smooth models the coefficients are accurate to 1e-6 of
+//! their norm. Only phong and lambert are radially symmetric: P = 0, in closed form.
 //!
 //! ## Degrees
 //!
-//! How many degrees show depends on the light as much as on the material. So without `degree` and `tolerance`
-//! the coefficients have more than enough of them (F up to 255, P = 24), and `convolve` takes the least that
-//! do for each light. This takes less than a second for any material. The build notes the energy that they
-//! hold.
+//! How many degrees are visible depends on the light as much as on the material. So without `degree` and
+//! `tolerance` there are more than enough coefficients (F up to 255, P = 24), and `convolve` takes as few
+//! as it can for each light. This takes less than a second for any material. The build notes how much
+//! energy they hold.
 //!
-//! `degree = [F, P]` sets the degrees for every light. `tolerance` is the share of the energy, the integral
-//! of rho_hat squared over all directions, that may be lost [Ram02, eqs. 5.17 and 5.18]: P is lowered as far
-//! as the tolerance allows, then F. An error is the root of an energy: a tolerance of 0.03 is an RMS error of
-//! 17 % under one small lamp, and less under soft light. A `report` finds the degrees for the error that you
-//! accept. The build notes the degrees, the energy that they hold, and how much of it each p adds. If P is
-//! too low, a map cannot show how a highlight changes toward grazing views.
+//! `degree = [F, P]` sets the degrees for every light. `tolerance` is the share of the energy (the integral
+//! of rho_hat squared over all directions) that may be lost [Ram02, eqs. 5.17 and 5.18]: first P is lowered
+//! until the tolerance is reached, then F. An error is the square root of an energy: a tolerance of 0.03 is
+//! an RMS error of 17 % under one small lamp, and less under soft light. A `report` finds the degrees for
+//! the error that you accept. The build notes the degrees, the energy that they hold, and how much of it
+//! each p adds. If P is too low, a map cannot show how a highlight changes toward grazing views.
 //!
 //! | material, `tolerance = 0.03` | F | P |
 //! | --- | --- | --- |
@@ -45,40 +46,42 @@
 //! | microfacet, sigma 0.5 | 4 | 2 |
 //! | kajiya-kay, exponent 32 | 9 | 8 |
 //!
-//! A tolerance below 0.001 resolves the cut at the horizon, and needs a high F and a high P. So do models
-//! that reflect most toward grazing views (ggx, torrance-sparrow and ward of low roughness): most of their
-//! energy is in views that few pixels have, and a given `degree`, such as `[30, 8]`, serves better. P above
-//! 32, and degrees with more than 131072 coefficients (F+1)(P+1)^2, are not tried. If no degrees that are
-//! tried meet the tolerance, the best are kept with a warning, provided that they hold half of the energy.
-//! Otherwise the item fails, as it does if a value is not finite.
+//! A tolerance below 0.001 resolves the edge at the horizon, and needs a high F and a high P. So do models
+//! that reflect most toward grazing views (ggx, torrance-sparrow and ward with low roughness): most of
+//! their energy is in views that few pixels have, so it is better to set a `degree`, such as `[30, 8]`. P
+//! above 32, and degrees with more than 131072 coefficients (F+1)(P+1)^2, are not tried. If none of the
+//! tried degrees meets the tolerance, the best are kept with a warning, provided that they hold half of the
+//! energy. Otherwise the item fails, as it does if a value is not finite.
 //!
 //! ## No negative values
 //!
-//! A cut series rings, also below zero. `non-negative = "nearest"` replaces rho_hat by the nearest function
-//! that is nowhere negative: of all g >= 0 of the same degrees, the one with the least integral of (g -
-//! rho_hat)^2 over both directions, each colour channel by itself. Both parts of a material are replaced in
-//! the same way, each by itself, so that their sum differs slightly from the whole. What is reflected in
-//! total may rise; `"nearest-same-mean"` takes the nearest of those that reflect as much, which changes
-//! rho_hat more. The build notes the change in L2, which is the root of the integral of (g - rho_hat)^2 over
-//! that of rho_hat^2, and the minimum before and after.
+//! A truncated series rings, also below zero. `non-negative = "nearest"` replaces rho_hat with the nearest
+//! function that is never negative: among all g >= 0 of the same degrees, the one with the least integral
+//! of (g - rho_hat)^2 over both directions, separately for each colour channel. The two parts of a material
+//! are replaced separately, so their sum differs slightly from the whole. The total reflection may
+//! increase; `"nearest-same-mean"` takes the nearest function that reflects equally much, which changes
+//! rho_hat more. The build notes the change in L2, which is the root of the integral of (g - rho_hat)^2
+//! over that of rho_hat^2, and the minimum before and after.
 //!
-//! Coefficients that are cut later can be negative again. So you must give `degree` or `tolerance`, and
-//! `convolve` with a lighting of at least F degrees keeps them as they are. The number of rho_lpq with q <=
-//! min(l, p) may be 1500 at most, for example [30, 8], [23, 10] or [15, 15]; more is an error, because the
-//! time grows by its third power: a second for [23, 2], about half a minute for [30, 8]. A material whose
-//! nearest function is black, though it is not, has no mass, and the item fails.
+//! If coefficients are truncated later, they can become negative again. So you must set `degree` or
+//! `tolerance`; `convolve` with a lighting of at least F degrees then keeps them as they are. The number of
+//! rho_lpq with q <= min(l, p) must be at most 1500, for example [30, 8], [23, 10] or [15, 15]; more is an
+//! error, because the time grows with its third power: a second for [23, 2], about half a minute for [30,
+//! 8]. If the nearest function is black although the material is not, the material has no mass, and the
+//! item fails.
 //!
 //! ## Parts
 //!
 //! A material with a matte base under a highlight has two centres: engines look the base up by the normal,
-//! the highlight by the reflection vector. So the coefficients of both parts, each about its own centre, are
-//! projected beside those of the whole, which are about the reflection vector. Exports write a map of each
-//! part, unless they are told `parts = "together"`.
+//! the highlight by the reflection vector. So this stage also projects the coefficients of both parts, each
+//! about its own centre, in addition to those of the whole about the reflection vector. Exports write a map
+//! of each part, unless they have `parts = "together"`.
 //!
-//! The diffuse part holds matte layers; of `standard` also sheen and what its facets reflect several times.
-//! The specular part is the rest, and the sum of both is the material. `standard` without a matte base and
-//! sheen, a bare metal, has one part. `part = "diffuse"` or `part = "specular"` projects that part alone, for
-//! graphs that treat them differently; a material that lacks the part is black there.
+//! The diffuse part contains matte layers; in `standard` also sheen and multiple reflections between
+//! facets. The specular part is the rest, and the sum of both is the material. If `standard` has no matte
+//! base and no sheen, it is a bare metal and has one part. `part = "diffuse"` or `part = "specular"`
+//! projects only that part, for graphs that treat the parts differently; it is black if the material lacks
+//! the part.
 //!
 //! ```toml
 //! [stage.diffuse]
@@ -87,8 +90,8 @@
 //! part = "diffuse"
 //! ```
 //!
-//! A `report` compares two maps with one. Models that are one formula
-//! (lafortune, ashikhmin-shirley, measured tables) belong to the specular part as a whole.
+//! A `report` compares two maps with one. Models with a single formula (lafortune, ashikhmin-shirley,
+//! measured tables) belong to the specular part as a whole.
 
 use brdf::{
     BrdfCoefficients, Choice, Lambert, MOST_UNKNOWNS, Material, NearestBrdfError, Part, Projection,
@@ -129,8 +132,8 @@ parameters! {
     pub(crate) struct Parameters {
         /// Which part of the material is projected; see Parts.
         part: PartName = PartName::All,
-        /// The degrees [F, P]. Default: those that meet the tolerance, or without one those that `convolve`
-        /// finds for each light.
+        /// The degrees [F, P]. Default: those that meet the tolerance or, without one, those that
+        /// `convolve` finds for each light.
         degree: Option<DegreePair> = None,
         /// The share of the energy that may be lost.
         #[range(SHARE)]
@@ -240,8 +243,8 @@ impl Kind for ProjectBrdf {
         };
         if projection.anisotropic {
             reporter.warn(format!(
-                "{} is anisotropic; it is replaced by its mean over all turns about the normal (tabulate-brdf keeps \
-                 its direction)",
+                "{} is anisotropic; it is replaced by its mean over all rotations about the normal \
+                 (tabulate-brdf keeps its direction)",
                 material.name()
             ));
         }
@@ -249,17 +252,17 @@ impl Kind for ProjectBrdf {
             && projection.captured < 1.0 - tolerance - 1e-9
         {
             reporter.warn(format!(
-                "tolerance {tolerance} is missed: the highest degrees that are tried hold {} of the energy, not {}, and most \
-                 of the rest is at grazing views; name neither `degree` nor `tolerance`, and `convolve` chooses degrees \
-                 for each light",
+                "tolerance {tolerance} is missed: the highest degrees hold {} of the energy instead of {}, \
+                 and most of the rest is at grazing views; leave out `degree` and `tolerance`, so that \
+                 `convolve` chooses degrees for each light",
                 share(projection.captured),
                 share(1.0 - tolerance)
             ));
         }
         if projection.uncertainty > UNCERTAIN {
             reporter.warn(format!(
-                "the material changes too fast to be sampled exactly: up to {:.1} % of what it reflects may be wrong; a \
-                 larger roughness avoids that",
+                "the material changes too fast to be sampled exactly: up to {:.1} % of its reflection may be \
+                 wrong; a larger roughness avoids that",
                 100.0 * projection.uncertainty
             ));
         }

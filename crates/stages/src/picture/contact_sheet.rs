@@ -1,4 +1,4 @@
-//! Draws a contact sheet: one picture of an environment, its harmonics, and every material under it.
+//! Draws a contact sheet: one picture with an environment, its harmonics, and every material under it.
 //!
 //! ```toml
 //! [stage.sheet]
@@ -10,24 +10,24 @@
 //! A sheet shows
 //!
 //! - the environment as a lat-long picture;
-//! - with `lighting` connected: the energy of each degree (bars, on a logarithmic axis) and the sum up to it
-//!   (line), both as shares of the environment's energy, and the environment reconstructed from the degrees
-//!   up to each of `degrees`, and from all; if suns and lamps are beside the series, without these;
+//! - with `lighting` connected: the energy of each degree (bars, on a logarithmic axis) and the sum up to
+//!   it (line), both as shares of the environment's energy, and the environment reconstructed from the
+//!   degrees up to each of `degrees`, and from all; separate suns and lamps are not included;
 //! - for each item at `reflection`: its reflection map, and a ball in front of the environment, seen along
-//!   +X. The ball is looked up by the reflection vector, the normal or the tangent, whichever the material is
-//!   centred on. For a material that changes with the view (P > 0) the ball shows what each of its points
-//!   reflects toward the camera, and the map shows the mean over all views.
+//!   +X. The ball is looked up by the reflection vector, the normal or the tangent, depending on the
+//!   material's centre. If the material changes with the view (P > 0), each point of the ball shows the
+//!   light that it reflects toward the camera, and the map shows the mean over all views.
 //!
 //! All pictures have the same exposure and tone curve, so they can be compared. Negative values, which a
-//! truncated series has around bright lights, are black; the captions give the least and the greatest value
-//! and the mean.
+//! truncated series has around bright lights, are black; the captions give the minimum, the maximum and the
+//! mean.
 //!
 //! ## Exposure
 //!
 //! Contact sheets, reports, previews and their window show an environment with the same exposure: its
 //! log-average becomes middle grey, 0.18. If a few lights in a dark environment give most of the light,
-//! everything that they shine on would burn out; the mean then becomes 0.72, two stops above middle grey.
-//! `exposure` is relative to that. The sheet gives the number of stops, and which of the two was used.
+//! everything under them would be overexposed; then the mean becomes 0.72 instead, two stops above middle
+//! grey. `exposure` is relative to that. The sheet says how many stops it used, and which of the two rules.
 //!
 //! ## Files
 //!

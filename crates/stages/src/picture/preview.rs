@@ -16,21 +16,22 @@
 //! turn = "light"
 //! ```
 //!
-//! `reflection` is what a material reflects (`reflection`), or a reflection map that was read back (`shrm`).
-//! `environment` is the light that the reflection was made from; it is seen behind the mesh and in mirrors.
-//! If the lighting was turned, connect the environment turned in the same way: `rotate` turns both. Lighting
-//! that no environment made, such as that of `circular-lights`, is drawn as a picture of its lights. Each
-//! mode names the other inputs that it needs. `mesh` is drawn instead of the built-in shape.
+//! `reflection` is the reflected light of a material (`reflection`), or a reflection map that was read back
+//! (`shrm`). `environment` is the light that the reflection was made from; it is visible behind the mesh
+//! and in mirrors. If you turned the lighting, connect the environment turned in the same way: `rotate`
+//! turns both. Lighting without an environment, such as that of `circular-lights`, is drawn as a picture of
+//! its lights. The table below lists the other inputs that each mode needs. `mesh` replaces the built-in
+//! shape.
 //!
 //! ## Modes
 //!
-//! `modes` says how the surface is shaded. Several modes are drawn side by side in one picture, each with its
-//! name.
+//! `modes` sets how the surface is shaded. Several modes are drawn side by side in one picture, each with
+//! its name.
 //!
 //! | mode | the reflected light comes from |
 //! | --- | --- |
 //! | `local-shrm` | the local SHRM, evaluated at every pixel, and the lamps |
-//! | `global-shrm` | the global SHRM, evaluated once a frame into a reflection map for a far viewer, and the lamps |
+//! | `global-shrm` | the global SHRM, evaluated once per frame into a reflection map for a distant viewer, and the lamps |
 //! | `cabral` | Cabral's twelve maps, blended by the view |
 //! | `kautz-mccool` | Kautz and McCool's texture, by the angle to the view |
 //! | `prefiltered` | one reflection map, the mean over all views |
@@ -38,51 +39,51 @@
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel; needs `material` |
 //! | `table` | a BRDF table at every vertex, interpolated over the triangles; needs `table` (`tabulate-brdf`) |
-//! | `transfer` | the same with the shadows of the mesh on itself; needs `transfer` (`precompute-transfer`) of the `mesh` too |
-//! | `shadowed-brute-force` | the sum of all light that the mesh does not hide, with traced shadows; needs `material` |
+//! | `transfer` | the same with the shadows of the mesh on itself; also needs `transfer` (`precompute-transfer`) of the `mesh` |
+//! | `shadowed-brute-force` | the sum of all light that the mesh does not block, with traced shadows; needs `material` |
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
 //! | `taps` | a few look-ups into the blurred light at every pixel, and the lights beside it; needs `scale-space` (`scale-space`) and `taps` (`fit-taps`) |
 //!
-//! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
-//! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
-//! coefficients of the degree that the table or the transfer has, up to 30; their reference is `brute-force`
-//! and `shadowed-brute-force`. The inner side of a surface is black in both.
+//! If a table has several materials, `blend`, a number at each vertex of the `mesh` (`vertex-blend`),
+//! blends between them. The first five modes need `reflection`. `table` and `transfer` use the light's
+//! coefficients up to the degree of the table or the transfer, at most 30; their references are
+//! `brute-force` and `shadowed-brute-force`. The back of a surface is black in both.
 //!
 //! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
-//! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients of
-//! `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera by
-//! 30 degrees, whatever the mesh is. It is compared with no other mode.
+//! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients
+//! of `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera
+//! by 30 degrees, regardless of the mesh. This mode is not compared with others.
 //!
-//! Suns and lamps beside the coefficients (see `project-sh`) are not in the local and the global SHRM: each
-//! is added by the reflection's material at every sample, as an engine can that reads `lamps = "separate"` of
-//! `export-shrm`; before that, what a map shows below zero becomes 0. With `lamps = "baked"` the two maps
-//! hold them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
-//! `prefiltered` hold all light, as their exports do.
+//! Separate suns and lamps (see `project-sh`) are not in the local and the global SHRM: the material of the
+//! reflection adds each of them at every sample, as an engine can do with files of `export-shrm` with
+//! `lamps = "separate"`; before that, negative values of a map become 0. With `lamps = "baked"` the two
+//! maps include them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
+//! `prefiltered` contain all light, as their exports do.
 //!
-//! `taps` is what a renderer shows that reads `export-taps`, in 32-bit numbers: the scale space that is
-//! connected ought to be that of `environment`, the taps those of the material. The lights that the scale
-//! space keeps beside it are reflected by the material itself at every sample. Brushed metal has taps that
-//! know its tangent, and shows its streak, as in `brute-force`; `export-taps` may find fewer of them enough.
-//! It needs neither `reflection` nor `resolution`.
+//! `taps` looks like a renderer that reads the files of `export-taps`, in 32-bit numbers. Connect the scale
+//! space of `environment` and the taps of the material. The material itself reflects the separate lights of
+//! the scale space at every sample. Brushed metal has taps that follow its tangent, and shows its streak,
+//! as in `brute-force`; `export-taps` may find that fewer of them are enough. This mode needs neither
+//! `reflection` nor `resolution`.
 //!
-//! `compare` names the mode that the others are compared with. Its picture comes first, and below each other
-//! mode is its absolute difference, amplified, with the error in stops that 95 and 99 of 100 samples stay
-//! below, as `report` measures it: |log2((value + e) / (reference + e))| over the channels of the pixels that
-//! show only the mesh, e being 1 % of the light's mean radiance. After it is the relative RMS, in which one
-//! bright lamp may outweigh all that an eye compares: the root of the mean squared difference, divided by the
-//! RMS of the reference. Brute force is noisy itself; more `light-samples` reduce the noise.
+//! `compare` sets the mode that the others are compared with. Its picture comes first, and below each other
+//! mode is the absolute difference, amplified, with the 95th and 99th percentile of the error in stops, as
+//! `report` measures it: |log2((value + e) / (reference + e))| over the channels of the pixels that show
+//! only the mesh, with e = 1 % of the light's mean radiance. The relative RMS follows: the root of the mean
+//! squared difference, divided by the RMS of the reference. In it one bright lamp can outweigh everything
+//! else that the eye compares. Brute force itself is noisy; more `light-samples` reduce the noise.
 //!
-//! Maps are made as the exports make them, on cubes with an edge of `resolution`; Kautz and McCool's texture
-//! has `slices` slices.
+//! Maps are made as in the exports, on cubes with an edge of `resolution`; Kautz and McCool's texture has
+//! `slices` slices.
 //!
 //! ## Camera and light
 //!
 //! The camera circles the mesh. At yaw 0 it is on the +X side, in front of glTF models, with the centre of
 //! the environment's image behind it; a positive yaw moves it toward +Y, a positive pitch moves it up. At
-//! `zoom` 1 the bounding ball of the mesh fits the picture's shorter side, whatever the mesh's size. The
-//! light is turned as `rotate` turns it, by `light-yaw` and then `light-pitch`.
+//! `zoom` 1 the bounding ball of a mesh of any size fits the picture's shorter side. `light-yaw` and then
+//! `light-pitch` turn the light, as in `rotate`.
 //!
-//! `frames` is the number of pictures of one whole turn of the camera, or of the light around +Z,
+//! `frames` is the number of pictures in one full turn of the camera, or of the light around +Z,
 //! counter-clockwise as seen from above. They become an animation, or a strip of all frames.
 //!
 //! ## CPU and GPU
@@ -90,8 +91,8 @@
 //! With `backend = "cpu"` the output is bit-identical on every run, as for all stages. A graphics device
 //! (`"gpu"`) is faster and draws the same to within two steps of 255 for all but a few pixels; its output
 //! depends on the device, which is not part of the key. If there is no device, or it cannot draw the scene,
-//! the CPU draws instead, with a warning that says why. That picture is cached like any result: to redraw it
-//! later on a device, change a parameter or move `.specula` away.
+//! the CPU draws instead, with a warning that says why. That picture is cached like any result: to redraw
+//! it later on a device, build the stage with `--force`.
 //!
 //! ## Files
 //!
@@ -201,7 +202,7 @@ parameters! {
         /// The turn of the light around +Z, in degrees.
         #[range(DEGREES)]
         light_yaw: f64 = 0.0,
-        /// The turn of the light around +Y, in degrees; positive lowers what is at +X.
+        /// The turn of the light around +Y, in degrees; a positive pitch tilts the horizon at +X down.
         #[range(DEGREES)]
         light_pitch: f64 = 0.0,
         /// How many stops brighter than usual the picture is; see Exposure in contact-sheet.
@@ -218,8 +219,7 @@ parameters! {
         /// Slices of Kautz and McCool's texture.
         #[range(2..=256)]
         slices: usize = 16,
-        /// Whether lamps beside a reflection are added at every pixel or lie in the local and the global
-        /// SHRM.
+        /// Whether separate lamps are added at every pixel, or are part of the local and the global SHRM.
         lamps: LampsName = LampsName::Separate,
         /// Samples along each side of a pixel.
         #[range(1..=4)]
@@ -227,14 +227,14 @@ parameters! {
         /// Samples of light at each sample of a pixel in brute-force.
         #[range(1..=65536)]
         light_samples: usize = 64,
-        /// The number of pictures of one whole turn.
+        /// The number of pictures in one full turn.
         #[range(1..=360)]
         frames: usize = 1,
         /// With several frames: what turns.
         turn: Turn = Turn::Camera,
         /// What is written. Default: "png" for one frame and "apng" for several.
         format: Option<PreviewFormat> = None,
-        /// With format "apng": seconds of one whole turn.
+        /// With format "apng": seconds for one full turn.
         #[range(0.1..=600.0)]
         seconds: f64 = 4.0,
         /// What draws; see CPU and GPU.

@@ -35,7 +35,7 @@ pub(crate) fn blend(
         return match table.count() {
             1 => Ok(None),
             count => {
-                let what = format!("the table has {count} materials, and nothing says where each is");
+                let what = format!("the table has {count} materials, but nothing places them on the mesh");
                 Err(Failure::new(what).help("connect a blend: a stage of the kind vertex-blend"))
             }
         };
@@ -45,14 +45,14 @@ pub(crate) fn blend(
         None => String::new(),
     };
     if blend.0.mesh != digest {
-        return Err(Failure::new("the blend is of another mesh")
-            .help("connect the mesh that vertex-blend was given, tangents included"));
+        return Err(Failure::new("the blend belongs to another mesh")
+            .help("connect the mesh that vertex-blend used, including its tangents"));
     }
     if blend.0.value.len() != mesh.positions().len() {
         return Err(Failure::new("the blend does not have a number for each vertex of the mesh"));
     }
     if table.count() == 1 {
-        context.reporter.warn("the table has one material: the blend changes nothing");
+        context.reporter.warn("the table has only one material, so the blend has no effect");
     }
     Ok(Some(blend.0.value.clone()))
 }

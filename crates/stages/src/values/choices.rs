@@ -27,7 +27,7 @@ pub struct ChosenMaterial(pub MaterialChoice);
 
 impl Parameter for ChosenMaterial {
     fn expected() -> String {
-        "the name of a material, or its number from 0 on".into()
+        "the name of a material, or its number, counted from 0".into()
     }
 
     fn parse(value: &Value) -> Result<Self, Diagnostic> {

@@ -38,12 +38,12 @@ parameters! {
     #[derive(Copy)]
     pub struct Numbers {
         /// Whether OpenEXR, KTX2 and DDS files hold 16-bit or 32-bit numbers. A half holds 3 digits, up to
-        /// 65504. With "auto" all files of an item hold halves, or, if a value exceeds that, 32-bit floats,
-        /// which a note says.
+        /// 65504. With "auto" all files of an item hold halves or, if a value exceeds that, 32-bit floats,
+        ///        with a note.
         precision: PrecisionName = PrecisionName::Auto,
-        /// What happens to values past 65504, of either sign, if the files are to be of halves: with
-        /// precision "half" they become +-65504, with a warning that says which share of each channel is
-        /// lost; with "error" here the item fails, also if precision is "auto".
+        /// What happens to values beyond +-65504 in files of halves: with precision "half" they become
+        /// +-65504, with a warning that reports the lost share of each channel; with "error" here the item
+        /// fails, also if precision is "auto".
         overflow: Overflow = Overflow::Clamp,
     }
 }
@@ -210,7 +210,7 @@ impl Writer<'_> {
                 let pixels = image.pixels().to_vec();
                 self.texture(&Texture { width, height, pixels, ..Texture::default() }, &[])
             }
-            Container::Safetensors => Err(Failure::new("safetensors hold no picture")),
+            Container::Safetensors => Err(Failure::new("safetensors cannot hold pictures")),
         }
     }
 

@@ -55,9 +55,10 @@ pub(crate) fn export<T>(
 pub(crate) fn note(parts: PartsName, reflection: &Reflection, reporter: &Reporter) {
     if reflection.material().is_some_and(|material| material.turns() > 1) {
         reporter.warn(
-            "the material is anisotropic, and a map is looked up without the surface's tangent: it holds the mean \
-             over all turns of the surface, a round highlight, lamps included; for a highlight that follows the \
-             brushing use tabulate-brdf with shade-vertices, or shade lamps apart with lamps = \"separate\"",
+            "the material is anisotropic, but maps are looked up without the tangent: the map holds the mean \
+             over all rotations of the surface, a round highlight, including lamps; for a highlight that \
+             follows the brushing, use tabulate-brdf with shade-vertices, or shade lamps separately with \
+             lamps = \"separate\"",
         );
     }
     let Some([diffuse, specular]) = reflection.parts() else { return };
@@ -69,7 +70,7 @@ pub(crate) fn note(parts: PartsName, reflection: &Reflection, reporter: &Reporte
             p(specular)
         ),
         PartsName::Together => format!(
-            "one map holds both parts about the reflection vector: P = {}; a map of each has P = {} and {}",
+            "one map holds both parts about the reflection vector: P = {}; separate maps have P = {} and {}",
             p(reflection),
             p(diffuse),
             p(specular)

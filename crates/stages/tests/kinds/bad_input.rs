@@ -207,7 +207,7 @@ fn vertices_that_see_nothing_are_counted_in_every_form() {
     for form in FORMS {
         let ran = bake(&format!("degree = 0\ndirections = 16\n{form}"), joined.clone()).run().unwrap();
         let of = joined.positions().len();
-        let expected = format!("3 of {of} vertices see nothing of the sky above their horizon");
+        let expected = format!("3 of {of} vertices do not see the sky above their horizon");
         assert_eq!(ran.warnings, [expected], "{form}");
     }
 }

@@ -109,7 +109,7 @@ fn faces_are_compared() {
 fn lights_meshes_and_maps_are_read() {
     let lights =
         case("circular-lights", "").file("a.toml", "[[light]]\ndirection = [0, 0, 1]").source("a.toml");
-    refuse(&lights, "neither \"angular_radius\" nor \"solid_angle\" is given");
+    refuse(&lights, "\"angular_radius\" or \"solid_angle\" is missing");
     let mesh = |text: &str| case("import-mesh", "").file("a.gltf", text).source("a.gltf");
     refuse(&mesh("{}"), "cannot import a.gltf");
     refuse(&mesh("solid"), "this is not a glTF file");

@@ -94,14 +94,14 @@ irradiance = 1",
         "studio.toml:4:12",
         "\"direction\" is missing",
         "studio.toml:7:13",
-        "\"solid_angle\" and \"angular_radius\" are both given",
-        "neither \"radiance\" nor \"irradiance\" is given",
+        "\"solid_angle\" and \"angular_radius\" exclude each other",
+        "\"radiance\" or \"irradiance\" is missing",
         "studio.toml:12:13",
         "steradians above 0",
     ] {
         assert!(failure.contains(expected), "{expected}: {failure}");
     }
-    assert!(lights("", "").failure().contains("there is no light"));
+    assert!(lights("", "").failure().contains("there are no lights"));
     assert!(lights("", "light = 3").failure().contains("[[light]]"));
     assert!(lights("", "[[light]").failure().contains("studio.toml:1"));
 }

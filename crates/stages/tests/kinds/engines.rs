@@ -340,7 +340,7 @@ fn bounds_name_the_largest_value_and_the_error_of_each_level() {
         let said = ran.warnings[0].starts_with("the brightest light is clamped: ")
             && ran.warnings[0].contains(" % of the red light is lost")
             && ran.warnings[0].contains(&format!(" ends at {largest}; "))
-            && ran.warnings[0].ends_with("sun = \"light\" makes it a light beside the image");
+            && ran.warnings[0].ends_with("sun = \"light\" makes it a separate light");
         assert!(said, "{:?}", ran.warnings);
         assert_eq!(preset == "babylon", ran.warnings[0].contains("format = \"rgba32f\" keeps it"));
         let bounds = file(&of(preset, "clamp"), "/bounds.json");
@@ -501,11 +501,11 @@ fn a_cube_must_have_the_levels_that_the_engine_looks_for() {
     assert_eq!(cube_of(&export("three", three.clone()).files()[0]).levels().len(), 3);
     let failure = export("babylon", three.clone()).failure();
     assert!(
-        failure.contains("3 levels; babylon looks for 6 in a cube of 32; the nearest size that fits 3 is"),
+        failure.contains("3 levels; babylon expects 6 in a cube of 32; the nearest size that fits 3 is"),
         "{failure}"
     );
     let failure = export("bevy", cube("roughness = [0.0, 0.5]\nresolution = 32")).failure();
-    assert!(failure.contains("level 1 has roughness 0.5000; bevy looks for 1.0000 there"), "{failure}");
+    assert!(failure.contains("level 1 has roughness 0.5000, but bevy expects 1.0000 there"), "{failure}");
     let failure =
         export("three", cube("preset = \"three\"\nresolution = 32\ndistribution = \"charlie\"")).failure();
     assert!(failure.contains("not prefiltered with GGX"), "{failure}");

@@ -185,7 +185,8 @@ fn every_format_of_cabrals_maps_comes_back() {
 fn twelve_views_of_a_higher_degree_lose_energy_with_a_warning() {
     let exported = export("export-cabral", "resolution = 4\nprecision = \"float\"", reflection(4, 2));
     let ran = exported.run().unwrap();
-    let what = " of the reflected energy changes faster with the view (P = 3 to 4) than twelve views can hold, and is lost";
+    let what = " of the reflected energy changes faster with the view (P = 3 to 4) than twelve views can \
+                represent, and is lost";
     let said = ran.warnings.iter().chain(&ran.notes).find(|text| text.contains(what));
     assert!(said.is_some_and(|said| said.ends_with("; export-shrm keeps it")), "{said:?}");
     let ran = import("", &exported).run().unwrap();
@@ -379,8 +380,8 @@ fn bad_maps_are_reported_by_file() {
     check(
         "/view-004.exr",
         Some(picture(4, 2, 0.5)),
-        "view-004.exr: a cube has six square faces, below each other in a picture, six times as high as wide; this file \
-         is 4 x 2",
+        "view-004.exr: a cube has six square faces, stacked in a picture that is six times as high as wide; \
+         this file is 4 x 2",
     );
     check(
         "/view-004.exr",

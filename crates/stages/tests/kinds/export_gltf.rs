@@ -203,7 +203,7 @@ fn the_asset_that_came_in_is_kept() {
     }
     assert_eq!(
         export("gltf = \"meshes/{mesh}.gltf\"").failure(),
-        "gltf = \"meshes/{mesh}.gltf\" names {mesh}, and no source stage above has that name"
+        "gltf = \"meshes/{mesh}.gltf\" names {mesh}, but this stage depends on no source stage with that name"
     );
     assert_eq!(
         export("gltf = \"a.glb\"\nexposure = 1").errors(),
@@ -227,7 +227,7 @@ fn only_colours_are_clamped() {
     assert_eq!(colours, expected);
     let above = given.0.value.as_flattened().iter().filter(|value| **value > 0.5).count();
     let clamped = format!(
-        "the numbers of COLOR_0 are clamped: 1 of 27 from below 0, which turn black, {above} from above 1"
+        "the numbers of COLOR_0 are clamped: 1 of 27 were below 0 and turn black, {above} were above 1"
     );
     assert!(notes[0].contains(&clamped) && notes[0].contains("; lower `exposure`"), "{notes:?}");
     assert_eq!(read.json["extensionsUsed"], serde_json::json!(["KHR_materials_unlit"]));
@@ -399,16 +399,16 @@ fn what_does_not_fit_is_an_error() {
     let on = |mesh: Mesh| case("export-gltf", "").input("mesh", mesh);
     assert_eq!(on(triangle(0, Vec::new())).failure(), "the mesh has no triangles");
     let other = || on(triangle(9, vec![[0, 1, 2]]));
-    assert_eq!(other().input("radiance", radiance()).failure(), "the radiance is of another mesh");
+    assert_eq!(other().input("radiance", radiance()).failure(), "the radiance belongs to another mesh");
     assert_eq!(
         other().input("transfer", baked("form = \"matte\"")).failure(),
-        "the transfer is of another mesh"
+        "the transfer belongs to another mesh"
     );
     for form in ["matrices", "visibility"] {
         let transfer = baked(&format!("form = \"{form}\""));
         assert_eq!(
             export("").input("transfer", transfer.clone()).failure(),
-            "the transfer is not matte, and matrices are not written"
+            "the transfer is not matte, so it has no vectors to write"
         );
         assert!(export("").input("transfer", transfer).input("lighting", sky_lighting()).run().is_ok());
     }

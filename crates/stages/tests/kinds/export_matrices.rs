@@ -205,16 +205,16 @@ fn of_mesh(form: transfer::Form, mesh: &Mesh) -> Transfer {
 
 #[test]
 fn what_has_no_texture_is_an_error() {
-    assert_eq!(export("matrices = \"half\"").failure(), "`matrices` needs a transfer, and none is connected");
+    assert_eq!(export("matrices = \"half\"").failure(), "`matrices` needs a transfer, but none is connected");
     assert_eq!(
         export("matrices = \"half\"").input("transfer", baked("form = \"matte\"")).failure(),
-        "the transfer is matte, and has no matrices"
+        "the transfer is matte, so it has no matrices"
     );
     // In colours a row of a texture has no room for the matrices of one vertex.
     let wide = baked("degree = 8\noutput-degree = 8\nbounces = 1");
     assert_eq!(
         export("matrices = \"half\"").input("transfer", wide).failure(),
-        "the matrices of a vertex take 5103 texels, and a row of a texture has 4096"
+        "the matrices of a vertex take 5103 texels, but a row of a texture has 4096"
     );
     // Two vertices of degree 8 lie side by side.
     let (degree, count) = (Degree::new(8).unwrap(), 2 * 8192 + 1);
@@ -223,7 +223,7 @@ fn what_has_no_texture_is_an_error() {
     let case = case("export-gltf", "matrices = \"half\"").input("mesh", mesh.clone());
     assert_eq!(
         case.input("transfer", of_mesh(transfer::Form::Visibility(visibility), &mesh)).failure(),
-        "the matrices of 16385 vertices do not fit a texture, which holds those of 16384"
+        "the matrices of 16385 vertices do not fit into a texture, which has room for 16384"
     );
     let mut broken = vec![1.0; 9];
     broken[4] = f32::NAN;
@@ -257,5 +257,5 @@ fn a_vertex_of_an_asset_has_one_matrix() {
         .file("square.bin", bytes)
         .input("mesh", (*mesh).clone())
         .input("transfer", transfer);
-    assert_eq!(case.failure(), "4 vertices of a.gltf are several here, with a matrix each");
+    assert_eq!(case.failure(), "4 vertices of a.gltf became several vertices, each with its own matrix");
 }

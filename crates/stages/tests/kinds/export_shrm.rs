@@ -261,26 +261,22 @@ fn a_map_that_arrives_is_not_made_into_another() {
         (
             "layout = \"lat-long\"",
             View::Local,
-            "layout = \"lat-long\", but the map that arrives is a local cube of 3",
+            "layout = \"lat-long\", but the connected map is a local cube of 3",
         ),
-        ("resolution = 4", View::Local, "resolution = 4, but the map that arrives is a local cube of 3"),
+        ("resolution = 4", View::Local, "resolution = 4, but the connected map is a local cube of 3"),
         (
             "resolution = \"auto\"",
             View::Local,
-            "resolution = \"auto\", but the map that arrives is a local cube of 3",
+            "resolution = \"auto\", but the connected map is a local cube of 3",
         ),
-        ("error = 0.1", View::Local, "error = 0.1, but the map that arrives is a local cube of 3"),
+        ("error = 0.1", View::Local, "error = 0.1, but the connected map is a local cube of 3"),
         (
             "accept = [0.1, 0.2]",
             View::Local,
-            "accept = [0.1, 0.2], but the map that arrives is a local cube of 3",
+            "accept = [0.1, 0.2], but the connected map is a local cube of 3",
         ),
-        ("most-p = 2", View::Local, "most-p = 2, but the map that arrives is a local cube of 3"),
-        (
-            "view = \"local\"",
-            View::Global,
-            "view = \"local\", but the map that arrives is a global cube of 3",
-        ),
+        ("most-p = 2", View::Local, "most-p = 2, but the connected map is a local cube of 3"),
+        ("view = \"local\"", View::Global, "view = \"local\", but the connected map is a global cube of 3"),
     ] {
         let failure =
             case("export-shrm", parameters).input("reflection", map(cube, view)).run().err().unwrap();
@@ -324,9 +320,8 @@ fn an_error_chooses_the_resolution() {
     assert_eq!(tensors::decode_shrm(&case.files()[0]).unwrap().grid(), MapGrid::Cube(Cube { edge: 12 }));
     let warning = &case.run().unwrap().warnings[0];
     assert!(
-        warning.starts_with(
-            "the map is too coarse for what it reflects: between its texels it is off by about "
-        ),
+        warning
+            .starts_with("the map is too coarse for its reflection: between its texels it is off by about "),
         "{warning}"
     );
     assert!(
@@ -413,7 +408,7 @@ fn parameters_that_would_have_no_effect_are_errors() {
         ("resolution = 0", "resolution: 0 is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = 5000", "resolution: 5000 is not a whole number from 1 to 4096 or \"auto\""),
         ("resolution = \"best\"", "resolution: \"best\" is not a whole number from 1 to 4096 or \"auto\""),
-        ("accept = [0.1, 0.2]\nerror = 0.1", "error: accept already says which error is allowed"),
+        ("accept = [0.1, 0.2]\nerror = 0.1", "error: accept already sets the allowed error"),
         ("accept = [0.1]", "accept: an array is not [p95, p99], two numbers of stops above 0"),
         ("accept = 0.1", "accept: 0.1 is not [p95, p99], two numbers of stops above 0"),
         ("most-p = 33", "most-p: 33 is not a whole number from 0 to 32"),

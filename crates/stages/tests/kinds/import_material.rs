@@ -142,7 +142,8 @@ fn layers_may_be_nested_to_a_depth() {
     let failure = nested(33).failure();
     assert_eq!(
         failure,
-        "gold.toml:33:227: layers are nested more than 32 deep; put them side by side in one list: layers are summed"
+        "gold.toml:33:227: layers are nested more than 32 deep; put all of them into one list, because \
+         layers are summed"
     );
 }
 
@@ -246,7 +247,7 @@ fn a_material_file_may_name_a_material_of_a_gltf_file() {
         ),
         (
             "model = \"gltf\"\nfile = \"helmet/painted.gltf\"\nmaterial = 0.5",
-            "gold.toml:3:12: material: 0.5 is not the name of a material, or its number from 0 on",
+            "gold.toml:3:12: material: 0.5 is not the name of a material, or its number, counted from 0",
         ),
         (
             "model = \"gltf\"",
@@ -351,7 +352,7 @@ fn errors_of_gltf_materials_name_the_file() {
         case("import-material", "material = \"red\"").file("a.toml", "model = \"lambert\"").source("a.toml");
     assert!(
         toml.failure()
-            .starts_with("a.toml is not a glTF or MaterialX file, of whose materials one could be chosen")
+            .starts_with("a.toml is not a glTF or MaterialX file, so there is no material to choose from")
     );
     assert_eq!(case("import-material", "material = -1").errors().len(), 1);
 }
@@ -453,7 +454,7 @@ fn one_fault_stands_alone() {
         ("model = \"GGX\"", format!("gold.toml:1:9: there is no model \"GGX\"; {expected_models}; did you mean \"ggx\"?")),
         (
             "Model = \"ggx\"",
-            format!("gold.toml:1:1: \"model\" is missing; {expected_models}; did you mean \"model\" by \"Model\"?"),
+            format!("gold.toml:1:1: \"model\" is missing; {expected_models}; did you mean \"model\" instead of \"Model\"?"),
         ),
         (
             "model = \"lambert\"\nalbedo = 1\nlayers = [{ model = \"phong\", exponent = 3 }]",

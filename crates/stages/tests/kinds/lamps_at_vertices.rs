@@ -42,7 +42,7 @@ fn a_lamp_is_shaded_once_by_the_material_or_by_the_series() {
     let rho_hat = ward().rho_hat(lamp().direction, view);
     let expected = [0, 1, 2].map(|channel| rho_hat[channel] * lamp().flux()[channel]);
     let ran = with(lit_by(vec![lamp()]), true).run().unwrap();
-    assert_eq!(ran.notes, ["1 lamp is shaded by the material"]);
+    assert_eq!(ran.notes, ["the material shades 1 lamp"]);
     let sharp = &ran.artifact::<VertexRadiance>().0.value;
     for channel in 0..3 {
         let error = f64::from(sharp[4][channel]) / expected[channel] - 1.0;
@@ -63,7 +63,7 @@ fn a_lamp_is_shaded_once_by_the_material_or_by_the_series() {
     let apart = with(sky, true).input("lights", lit_by(vec![lamp()]));
     assert!(difference(&radiance(&apart), &both) < 1e-5);
     let ran = with(sky_lighting(), true).run().unwrap();
-    let expected = "no lamp is kept as a light, so the material shades nothing";
+    let expected = "there are no separate lamps, so the material is not used";
     assert!(ran.notes.iter().any(|note| note == expected), "{:?}", ran.notes);
 }
 
@@ -93,5 +93,5 @@ fn a_table_of_several_materials_has_no_single_one() {
         .input("table", (*greys).clone())
         .input("lighting", sky_lighting())
         .input("material", Material(lambert(0.5)));
-    assert_eq!(case.failure(), "the table has 2 materials, and lamps are shaded by one");
+    assert_eq!(case.failure(), "the table has 2 materials, but lamps are shaded with a single one");
 }

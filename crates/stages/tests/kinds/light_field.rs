@@ -57,7 +57,7 @@ fn vertices_are_lit_by_the_light_near_them() {
         .keyed_input("lightings", &[("environment", "one")], lamps())
         .run()
         .unwrap();
-    assert_eq!(with_lamp.notes, ["1 light beside a series is taken into it, to its degree"]);
+    assert_eq!(with_lamp.notes, ["1 separate light is added to its series, up to its degree"]);
     let (by_lamp, added) = (
         radiance(&shaded((*with_lamp.artifact::<LightField>()).clone())),
         radiance(&shaded((*field).clone()).input("lights", lamps())),

@@ -86,7 +86,7 @@ fn light_that_cannot_be_sampled_is_an_error() {
     let ran =
         sample(environment(8, |w| if w.z > 0.95 && w.x > 0.0 { [1.0; 3] } else { [0.0; 3] })).run().unwrap();
     let lights = ran.artifact::<Lighting>().0.lights.len();
-    assert_eq!(ran.warnings, [format!("{lights} lights instead of 9: no more texels are lit")]);
+    assert_eq!(ran.warnings, [format!("{lights} lights instead of 9: no other texels are lit")]);
     for value in [f64::NAN, f64::INFINITY] {
         let mut rows = vec![[1.0; 3]; 4];
         rows[3][1] = value;
@@ -120,8 +120,12 @@ fn an_environment_without_its_lamps_has_no_sun_and_all_other_light() {
     assert!(most(&sunny()) == 400.0 && f64::from(most(&rest)) < 15.0 * mean, "{}", most(&rest));
     let [a, b] = [flux(&lighting), rest.0.integral()];
     assert_close([a[0] + b[0], a[1] + b[1], a[2] + b[2]], sunny().0.integral());
-    assert!(ran.notes[0].contains(" of the light out") && ran.warnings.is_empty(), "{:?}", ran.notes);
-    assert!(ran.notes[1].starts_with("the rest and the lights are the whole to "), "{:?}", ran.notes);
+    assert!(ran.notes[0].contains(" of the light") && ran.warnings.is_empty(), "{:?}", ran.notes);
+    assert!(
+        ran.notes[1].starts_with("the rest and the lights together are the whole to "),
+        "{:?}",
+        ran.notes
+    );
 }
 
 #[test]
@@ -136,7 +140,7 @@ fn the_strongest_lights_alone_can_be_subtracted() {
     let with = |lighting| case("subtract-lights", "").input("environment", sunny()).input("lights", lighting);
     let none = with(sky_lighting()).run().unwrap();
     assert_eq!(*none.artifact::<Environment>(), sunny());
-    assert!(none.warnings[0].contains("no lights"));
+    assert!(none.warnings[0].contains("no separate lights"));
     let mut bright = lit();
     bright.0.lights[0].irradiance = [1e9; 3];
     assert!(with(bright).run().unwrap().warnings[0].starts_with("the lights have more light"));
@@ -181,9 +185,9 @@ fn every_format_holds_every_light() {
 #[test]
 fn a_lighting_without_lights_is_no_rig() {
     let failure = case("export-light-rig", "").input("lights", sky_lighting()).failure();
-    assert_eq!(failure, "the lighting has no lights beside its series");
+    assert_eq!(failure, "the lighting has no separate lights");
     let mut both = sky_lighting();
     both.0.lights = lit().0.lights;
     let ran = case("export-light-rig", "").input("lights", both).run().unwrap();
-    assert_eq!(ran.notes, ["the series beside the lights is not written"]);
+    assert_eq!(ran.notes, ["only the lights are written, not the series"]);
 }

@@ -84,7 +84,7 @@ fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
             let errors = kind.configure(&Table::parse(&format!("{was} = 1")).unwrap()).err().unwrap();
             let [error] = &errors[..] else { panic!("{}: {errors:?}", kind.name()) };
             assert_eq!(error.message, format!("unknown key {was:?}"));
-            assert_eq!(error.help, Some(format!("it is called {:?} now", field.name)));
+            assert_eq!(error.help, Some(format!("it is now called {:?}", field.name)));
             renamed.push(format!("{}: {was} -> {}", kind.name(), field.name));
         }
     }

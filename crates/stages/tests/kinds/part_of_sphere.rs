@@ -120,9 +120,9 @@ fn the_warning_says_what_is_missing_and_what_helps() {
     assert_eq!(
         ran.warnings,
         [
-            "a.exr: XMP GPano says that the picture shows 180 x 90 degrees of a lat-long panorama, from -45 to 45 \
-          degrees of elevation. The rest, 65 % of the sphere, is black; fill = \"edge\" or \"mean\" or a colour \
-          puts light there"
+            "a.exr: XMP GPano says that the picture shows 180 x 90 degrees of a lat-long panorama, from -45 to \
+          45 degrees of elevation. The rest, 65 % of the sphere, is black; fill = \"edge\" or \"mean\" or a \
+          colour adds light there"
         ]
     );
     // The whole says nothing.
@@ -133,7 +133,7 @@ fn the_warning_says_what_is_missing_and_what_helps() {
     let ran = cropped("layout = \"lat-long\"", [[64, 32], [32, 16], [16, 8]]).run().unwrap();
     assert_eq!(ran.artifact::<Environment>().0.grid(), LatLong::with_rows(16));
     assert!(
-        ran.warnings[0].contains("the manifest says layout = \"lat-long\", which counts"),
+        ran.warnings[0].contains("the manifest says layout = \"lat-long\", which overrides it"),
         "{:?}",
         ran.warnings
     );

@@ -89,7 +89,7 @@ fn levels_that_do_not_fit_are_refused_with_the_size_that_does() {
         ),
         (
             "preset = \"three\"\nroughness = [0.0, 1.0]\nresolution = 16",
-            "roughness: the preset already gives the levels",
+            "roughness: the preset already sets the levels",
         ),
         (
             "preset = \"three\"\nresolution = 100",
@@ -98,11 +98,11 @@ fn levels_that_do_not_fit_are_refused_with_the_size_that_does() {
         ("preset = \"godot\"", "preset: godot loads a lat-long image"),
         (
             "distribution = \"charlie\"\nmethod = \"fast\"",
-            "method: \"fast\" is fitted to distribution = \"ggx\" alone",
+            "method: \"fast\" supports only distribution = \"ggx\"",
         ),
         (
             "distribution = \"lambert\"\nmethod = \"fast\"",
-            "method: \"fast\" is fitted to distribution = \"ggx\" alone",
+            "method: \"fast\" supports only distribution = \"ggx\"",
         ),
         ("preset = \"quake\"", "\"three\" or \"filament\" or \"babylon\""),
         ("roughness = [0.0, 1.5]", "roughness: 1.5 is not from 0 to 1"),

@@ -203,9 +203,8 @@ fn light_is_turned_as_rotate_turns_it() {
     let mixed = case(rough(), "").run().unwrap();
     assert_eq!(
         mixed.warnings,
-        [
-            "the reflection was not made from this environment: connect the one that was projected, turned as the lighting was"
-        ]
+        ["the reflection was not made from this environment: connect the one that was projected, turned in \
+          the same way as the lighting"]
     );
 }
 
@@ -277,7 +276,7 @@ fn tables_and_transfer_are_drawn_with_their_inputs() {
     missing(with(""), "local-shrm needs a reflection, but the port reflection is not connected");
     missing(bare("modes = [\"table\"]"), "table needs a table, but the port table is not connected");
     let other = with("modes = [\"transfer\"]").input("transfer", transfer.clone());
-    missing(other, "the transfer is of another mesh");
+    missing(other, "the transfer belongs to another mesh");
 }
 
 /// A scale space of the sky with a lamp beside it, and the taps of gold: near brute force. Another light is
@@ -322,8 +321,7 @@ fn taps_are_drawn_with_their_inputs() {
     assert_eq!(alone.failure(), "taps needs the taps of a material, but the port taps is not connected");
     let turned = environment(64, |w| lit(DVec3::new(w.z, w.y, -w.x)));
     let ran = with("modes = [\"taps\"]").input("scale-space", scales(turned)).input("taps", taps());
-    let warning =
-        "the scale space was not made from this environment: connect the one that `scale-space` was given";
+    let warning = "the scale space was not made from this environment: connect the input of `scale-space`";
     assert_eq!(ran.run().unwrap().warnings, [warning]);
 }
 
@@ -381,10 +379,10 @@ fn a_blend_says_which_material_of_a_table_is_drawn() {
     let blended = |share: f32| with(both.clone()).input("blend", blend(vec![share; count], digest.clone()));
     assert_eq!(picture(&blended(1.0)), expected);
     assert!(apart(&picture(&blended(0.0)).1, &expected.1) > 1.0);
-    let missing = "the table has 2 materials, and nothing says where each is";
+    let missing = "the table has 2 materials, but nothing places them on the mesh";
     assert_eq!(with(both.clone()).failure(), missing);
     let other = with(both.clone()).input("blend", blend(vec![1.0; count], String::new()));
-    assert_eq!(other.failure(), "the blend is of another mesh");
+    assert_eq!(other.failure(), "the blend belongs to another mesh");
 }
 
 /// A sky of degree 2 is the same as an image and as a series.

@@ -208,7 +208,7 @@ fn parameters_that_would_have_no_effect_are_errors() {
         ),
         (
             "degree = 8\nwindow = \"non-negative\"\nnon-negative = \"nearest\"",
-            "non-negative: window = \"non-negative\" already leaves nothing negative",
+            "non-negative: window = \"non-negative\" already prevents negative values",
         ),
         ("degree = \"all\"", "degree: \"all\" is not a whole number from 0 to 2048 or \"auto\""),
     ] {

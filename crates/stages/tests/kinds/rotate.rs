@@ -43,10 +43,7 @@ fn a_quaternion_of_any_length_is_a_rotation() {
 #[test]
 fn a_rotation_given_twice_or_not_at_all_is_an_error() {
     for (parameters, expected) in [
-        (
-            "yaw = 10\nquaternion = [0, 0, 1, 0]",
-            "quaternion: the rotation is already given by yaw, pitch or roll",
-        ),
+        ("yaw = 10\nquaternion = [0, 0, 1, 0]", "quaternion: yaw, pitch or roll already set the rotation"),
         ("quaternion = [0, 0, 0, 0]", "quaternion: an array is not [x, y, z, w], not all 0"),
         ("quaternion = [0, 0, 1]", "quaternion: an array is not [x, y, z, w], not all 0"),
     ] {

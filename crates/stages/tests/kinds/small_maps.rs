@@ -215,7 +215,7 @@ fn lamps_stay_beside_a_field_of_named_degrees() {
     assert_eq!(field.lamps().unwrap().lights, lit.0.lights);
     let degree = Degree::new(12).unwrap();
     assert!(*field.lighting() == lit.0.series.to_degree(degree) && !field.is_for_light());
-    assert!(ran.notes[0].ends_with("; 1 lamp is kept beside it"), "{:?}", ran.notes);
+    assert!(ran.notes[0].ends_with("; 1 lamp is kept separate"), "{:?}", ran.notes);
     let separate = export("resolution = 4\nlamps = \"separate\"", &Reflection(field.clone())).run().unwrap();
     assert_eq!(tensors::decode_lights(separate.files()[0]).unwrap(), lit.0.lights);
     assert_eq!(p_of(&separate), 3);
@@ -235,7 +235,7 @@ fn lamps_stay_beside_a_field_of_named_degrees() {
     let ran = convolved(lit.clone(), unknown, "");
     assert!(ran.artifact::<Reflection>().0.lamps().is_none());
     let warning =
-        "the coefficients arrive without their material, so that the lighting's lamps (1) go into its series";
+        "the coefficients arrive without their material, so the lamps of the lighting (1) go into its series";
     assert!(ran.warnings[0].starts_with(warning), "{:?}", ran.warnings);
 }
 
@@ -265,10 +265,10 @@ fn a_field_of_fewer_coefficients_is_made_by_accept_or_error() {
     let named = case("convolve", "accept = [0.1, 0.2]").input("lighting", sky_lighting());
     assert_eq!(
         named.input("brdf", brdf(&material, "degree = [4, 2]")).failure(),
-        "accept and error choose P, but the coefficients have one that is named"
+        "accept and error choose P, but the coefficients already have a given P"
     );
     for (parameters, expected) in [
-        ("accept = [0.1, 0.2]\nerror = 0.1", "error: accept already says which error is allowed"),
+        ("accept = [0.1, 0.2]\nerror = 0.1", "error: accept already sets the allowed error"),
         ("most-p = 4", "most-p: only accept or error uses it"),
     ] {
         assert_eq!(case("convolve", parameters).errors(), [expected]);

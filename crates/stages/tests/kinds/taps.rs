@@ -55,7 +55,7 @@ fn parameters_that_are_wrong_are_named() {
             "format = \"exr\"\nlayout = \"cube-array\"",
             "layout: OpenEXR has no arrays of cubes; it holds an atlas",
         ),
-        ("export-taps", "preset = \"three\"\nformat = \"dds\"", "format: the preset already gives it"),
+        ("export-taps", "preset = \"three\"\nformat = \"dds\"", "format: the preset already sets it"),
         (
             "export-taps",
             "format = \"exr\"\ntexels = \"half\"",
@@ -86,7 +86,7 @@ fn a_material_about_its_tangent_is_a_warning() {
     let hair = brdf::Material::KajiyaKay(brdf::KajiyaKay::new(16.0, [1.0; 3]).unwrap());
     let strand = case("fit-taps", "taps = 1").input("material", Material(hair));
     let warnings = strand.run().unwrap().warnings;
-    assert!(warnings.iter().any(|text| text.contains("mean over all turns")), "{warnings:?}");
+    assert!(warnings.iter().any(|text| text.contains("mean over all rotations")), "{warnings:?}");
 }
 
 /// Brushed metal has taps that know its tangent, also in the shader of a preset.
@@ -298,14 +298,14 @@ fn taps_are_fitted_over_a_parameter() {
 
     let alone =
         export("").input("scale-space", (*scale_space("resolution = 16").artifact::<ScaleSpace>()).clone());
-    assert!(alone.input_errors()[0].starts_with("varied: tables over a parameter are written alone"));
+    assert!(alone.input_errors()[0].starts_with("varied: tables over a parameter are written separately"));
     let plain = case("export-taps", "varied = true").input("taps", (*fit("").artifact::<Taps>()).clone());
     let plain = plain.run().err().unwrap().to_string();
-    assert!(plain.contains("one material alone"), "{plain}");
+    assert!(plain.contains("a single material"), "{plain}");
     assert_eq!(
         fit("vary = \"roughness\"\nvary-to = 0.3").errors(),
         ["vary-to: expected a number above `vary-from`"]
     );
     let unknown = fit("vary = \"sigma\"").run().err().unwrap().to_string();
-    assert!(unknown.contains("no number \"sigma\" to vary"), "{unknown}");
+    assert!(unknown.contains("no numeric parameter \"sigma\""), "{unknown}");
 }

@@ -105,7 +105,7 @@ fn degrees_and_rays_are_checked_before_the_first_one() {
     assert_eq!((form.output().unwrap().get(), form.input().get()), (4, 2));
     assert_eq!(
         baked("degree = 8\ndirections = 500").errors(),
-        ["directions: degrees O and F need 578 or more"]
+        ["directions: degrees O and F need at least 578"]
     );
     let empty = case("precompute-transfer", "").input("mesh", Mesh(mesh::Mesh::joined(&[]).unwrap()));
     assert!(empty.artifact::<Transfer>().0.value.is_empty());
@@ -117,7 +117,7 @@ fn degrees_and_rays_are_checked_before_the_first_one() {
     let inside = mesh::Mesh::new(positions, normals, tangents, None, sphere.triangles().to_vec());
     let small = "degree = 0\ndirections = 64";
     let ran = case("precompute-transfer", small).input("mesh", Mesh(inside.unwrap())).run().unwrap();
-    assert!(ran.warnings[0].starts_with("1 of 33153 vertices see nothing of the sky"), "{:?}", ran.warnings);
+    assert!(ran.warnings[0].starts_with("1 of 33153 vertices do not see the sky"), "{:?}", ran.warnings);
 }
 
 #[test]
@@ -128,10 +128,10 @@ fn a_transfer_of_another_mesh_is_an_error() {
         .input("table", table(lambert(0.8)))
         .input("lighting", sky_lighting())
         .input("transfer", (*baked("").artifact::<Transfer>()).clone());
-    assert_eq!(other.failure(), "the transfer is of another mesh");
+    assert_eq!(other.failure(), "the transfer belongs to another mesh");
     assert_eq!(
         case("shade-vertices", "view = [1, 0, 0]\ncamera = [1, 0, 0]").errors(),
-        ["camera: view already places the viewer"]
+        ["camera: view already sets the viewer"]
     );
 }
 
@@ -191,11 +191,11 @@ fn a_surface_varies_between_the_materials_of_its_table() {
         let expected = white[vertex][1] * value;
         assert!((varied[vertex][1] - expected).abs() < 1e-4, "{vertex}: {varied:?} {white:?}");
     }
-    assert_eq!(shade(greys).failure(), "the table has 3 materials, and nothing says where each is");
+    assert_eq!(shade(greys).failure(), "the table has 3 materials, but nothing places them on the mesh");
     let other = case("vertex-blend", "texture = \"noise.png\"").file("noise.png", picture());
     let other = other.input("mesh", pit()).artifact::<VertexBlend>();
     let failure = shade(table(lambert(1.0))).input("blend", (*other).clone()).failure();
-    assert_eq!(failure, "the blend is of another mesh");
+    assert_eq!(failure, "the blend belongs to another mesh");
 }
 
 #[test]
@@ -215,9 +215,13 @@ fn one_parameter_of_a_material_varies() {
         (
             "vary = \"roughnes_y\"\nfrom = 0.3\nto = 1",
             metal(),
-            "ward has no number \"roughnes_y\" that could vary",
+            "ward has no numeric parameter \"roughnes_y\" that could vary",
         ),
-        ("vary = \"specular\"\nfrom = 0\nto = 1", metal(), "ward has no number \"specular\" that could vary"),
+        (
+            "vary = \"specular\"\nfrom = 0\nto = 1",
+            metal(),
+            "ward has no numeric parameter \"specular\" that could vary",
+        ),
         ("vary = \"roughness\"\nfrom = 0\nto = 1", metal(), "roughness: 0 is not a number from 0.01 to 1"),
     ] {
         assert_eq!(vary(text, material).failure(), expected);
@@ -225,13 +229,14 @@ fn one_parameter_of_a_material_varies() {
     let Err(failure) = vary("vary = \"albedo\"\nfrom = 0\nto = 1", Material(lambert(0.5))).run() else {
         panic!("it varied")
     };
-    assert_eq!(failure.chain, ["lambert has no number \"albedo\" that could vary"]);
-    let help = "none of its parameters is a number: make a material file for each value, and connect them as `materials`";
+    assert_eq!(failure.chain, ["lambert has no numeric parameter \"albedo\" that could vary"]);
+    let help = "it has no numeric parameter: make a material file for each value, and connect them as \
+                `materials`";
     assert_eq!(failure.help.as_deref(), Some(help));
     assert_eq!(vary("vary = \"roughness\"", metal()).errors().len(), 2);
     assert_eq!(
         vary("from = 1", metal()).errors(),
-        ["from: only a parameter that varies uses it: vary = \"roughness\""]
+        ["from: only a varying parameter uses it: vary = \"roughness\""]
     );
     let both = vary("", metal()).keyed_input("materials", &[], metal());
     assert_eq!(both.failure(), "both material and materials are connected");
@@ -295,7 +300,7 @@ fn anisotropy_of_gltf_turns_the_tangents() {
     let none =
         with_square(case("brush-mesh", "gltf = \"a/square.gltf\""), "{}").input("mesh", (*mesh()).clone());
     let failure = none.failure();
-    assert!(failure.starts_with("cannot brush by a/square.gltf"), "{failure}");
+    assert!(failure.starts_with("cannot brush with a/square.gltf"), "{failure}");
     let bare =
         mesh::Mesh::new(vec![[0.0; 3]], vec![[0.0, 0.0, 1.0]], vec![[1.0, 0.0, 0.0, 1.0]], None, vec![]);
     let bare = with_square(case("brush-mesh", "gltf = \"a/square.gltf\""), textured)
@@ -303,7 +308,7 @@ fn anisotropy_of_gltf_turns_the_tangents() {
     assert!(bare.failure().starts_with("the mesh has no texture coordinates"), "{}", bare.failure());
     assert_eq!(
         case("brush-mesh", "material = 0").errors(),
-        ["material: needs the file that it is in: gltf = \"...\""]
+        ["material: also needs the file: gltf = \"...\""]
     );
 }
 
@@ -441,13 +446,13 @@ fn a_wall_lights_the_floor_before_it() {
 fn interreflection_needs_a_material() {
     assert_eq!(
         baked("bounces = 1").failure(),
-        "`bounces` needs the material of the mesh, and none is connected"
+        "`bounces` needs the material of the mesh, but none is connected"
     );
     let unused = baked("").input("material", Material(lambert(0.8))).run().unwrap();
     assert_eq!(unused.notes[0], "`bounces` is 0: the material is not used");
     assert_eq!(
         baked("form = \"visibility\"\nbounces = 1").errors(),
-        ["bounces: form = \"visibility\" holds shadows alone"]
+        ["bounces: form = \"visibility\" holds only shadows"]
     );
 }
 

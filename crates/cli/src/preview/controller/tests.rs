@@ -417,7 +417,9 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
     project.project.stages = vec!["lighting".into(), "coefficients".into()];
     let line = nothing(&project);
     assert!(
-        line.contains(": lighting, coefficients and the stages that they need reflect no environment; "),
+        line.contains(
+            ": lighting, coefficients and the stages that they need do not reflect an environment; "
+        ),
         "{line}"
     );
     project.project.stages = vec!["map".into()];
@@ -466,10 +468,7 @@ fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unrea
     controller.handle_all([planned(), show("gold")]);
     let lines = received(&updates);
     assert_eq!(lines[0], "catalog: gold, tin");
-    assert!(
-        lines[1].starts_with("failure: This cannot be shown; the picture is an earlier one; "),
-        "{lines:?}"
-    );
+    assert!(lines[1].starts_with("failure: This cannot be shown; this is an earlier picture; "), "{lines:?}");
     assert!(
         lines.len() == 2 && lines[1].contains(".specula cannot be used: it is a file, not a folder"),
         "{lines:?}"

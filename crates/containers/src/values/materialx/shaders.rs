@@ -44,60 +44,62 @@ pub(super) const SHADERS: [Kind; 2] = [
 const BLACK: [f64; 3] = [0.0; 3];
 const WHITE: [f64; 3] = [1.0; 3];
 
-/// The inputs of `standard_surface` 1.0.1 with the first two of 1.0.0 in their place, if asked for.
+/// The inputs of `standard_surface`: 1.0.0 has two other defaults than 1.0.1.
 fn standard_inputs(version: Option<&str>) -> &'static [Input] {
-    const NEW: [Input; 2] = [("base", Number(1.0)), ("base_color", Colour([0.8; 3]))];
-    const OLD: [Input; 2] = [("base", Number(0.8)), ("base_color", Colour(WHITE))];
-    const fn with(first: [Input; 2]) -> [Input; 42] {
-        [
-            first[0],
-            first[1],
-            ("diffuse_roughness", Number(0.0)),
-            ("metalness", Number(0.0)),
-            ("specular", Number(1.0)),
-            ("specular_color", Colour(WHITE)),
-            ("specular_roughness", Number(0.2)),
-            ("specular_IOR", Number(1.5)),
-            ("specular_anisotropy", Number(0.0)),
-            ("specular_rotation", Ignored),
-            ("transmission", Number(0.0)),
-            ("transmission_color", Ignored),
-            ("transmission_depth", Ignored),
-            ("transmission_scatter", Ignored),
-            ("transmission_scatter_anisotropy", Ignored),
-            ("transmission_dispersion", Ignored),
-            ("transmission_extra_roughness", Ignored),
-            ("subsurface", Number(0.0)),
-            ("subsurface_color", Colour(WHITE)),
-            ("subsurface_radius", Ignored),
-            ("subsurface_scale", Ignored),
-            ("subsurface_anisotropy", Ignored),
-            ("sheen", Number(0.0)),
-            ("sheen_color", Colour(WHITE)),
-            ("sheen_roughness", Number(0.3)),
-            ("coat", Number(0.0)),
-            ("coat_color", Colour(WHITE)),
-            ("coat_roughness", Number(0.1)),
-            ("coat_anisotropy", Number(0.0)),
-            ("coat_rotation", Ignored),
-            ("coat_IOR", Number(1.5)),
-            ("coat_normal", Direction),
-            ("coat_affect_color", Number(0.0)),
-            ("coat_affect_roughness", Number(0.0)),
-            ("thin_film_thickness", Number(0.0)),
-            ("thin_film_IOR", Ignored),
-            ("emission", Number(0.0)),
-            ("emission_color", Colour(WHITE)),
-            ("opacity", Colour(WHITE)),
-            ("thin_walled", Ignored),
-            ("normal", Direction),
-            ("tangent", Direction),
-        ]
-    }
-    const INPUTS_NEW: [Input; 42] = with(NEW);
-    const INPUTS_OLD: [Input; 42] = with(OLD);
-    if version == Some("1.0.0") { &INPUTS_OLD } else { &INPUTS_NEW }
+    const OLD: &[Input] = &{
+        let mut inputs = STANDARD_SURFACE;
+        inputs[0].1 = Number(0.8);
+        inputs[1].1 = Colour(WHITE);
+        inputs
+    };
+    if version == Some("1.0.0") { OLD } else { &STANDARD_SURFACE }
 }
+
+/// The inputs of `standard_surface` 1.0.1.
+const STANDARD_SURFACE: [Input; 42] = [
+    ("base", Number(1.0)),
+    ("base_color", Colour([0.8; 3])),
+    ("diffuse_roughness", Number(0.0)),
+    ("metalness", Number(0.0)),
+    ("specular", Number(1.0)),
+    ("specular_color", Colour(WHITE)),
+    ("specular_roughness", Number(0.2)),
+    ("specular_IOR", Number(1.5)),
+    ("specular_anisotropy", Number(0.0)),
+    ("specular_rotation", Ignored),
+    ("transmission", Number(0.0)),
+    ("transmission_color", Ignored),
+    ("transmission_depth", Ignored),
+    ("transmission_scatter", Ignored),
+    ("transmission_scatter_anisotropy", Ignored),
+    ("transmission_dispersion", Ignored),
+    ("transmission_extra_roughness", Ignored),
+    ("subsurface", Number(0.0)),
+    ("subsurface_color", Colour(WHITE)),
+    ("subsurface_radius", Ignored),
+    ("subsurface_scale", Ignored),
+    ("subsurface_anisotropy", Ignored),
+    ("sheen", Number(0.0)),
+    ("sheen_color", Colour(WHITE)),
+    ("sheen_roughness", Number(0.3)),
+    ("coat", Number(0.0)),
+    ("coat_color", Colour(WHITE)),
+    ("coat_roughness", Number(0.1)),
+    ("coat_anisotropy", Number(0.0)),
+    ("coat_rotation", Ignored),
+    ("coat_IOR", Number(1.5)),
+    ("coat_normal", Direction),
+    ("coat_affect_color", Number(0.0)),
+    ("coat_affect_roughness", Number(0.0)),
+    ("thin_film_thickness", Number(0.0)),
+    ("thin_film_IOR", Ignored),
+    ("emission", Number(0.0)),
+    ("emission_color", Colour(WHITE)),
+    ("opacity", Colour(WHITE)),
+    ("thin_walled", Ignored),
+    ("normal", Direction),
+    ("tangent", Direction),
+];
 
 /// The inputs of `open_pbr_surface`.
 const OPEN_PBR: &[Input] = &[

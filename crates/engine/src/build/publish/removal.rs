@@ -186,7 +186,7 @@ impl Publisher<'_> {
             return Ok(Some(PublishEvent::Removed { file: file.clone() }));
         }
         Ok(Some(PublishEvent::Warning(format!(
-            "{} has been changed since it was published; nothing exports it now, and it was left there",
+            "{} has changed since it was published; nothing exports it now, so it stays",
             place.display()
         ))))
     }

@@ -75,7 +75,7 @@ impl<'a> Runner<'a> for Elsewhere<'a> {
     fn refuses(&self, Candidate { item, is_wanted, is_lost }: Candidate) -> Option<Refusal> {
         let executor = &self.options.executor;
         if is_wanted {
-            Some(Refusal::of_item("somebody looks at it"))
+            Some(Refusal::of_item("a preview shows it"))
         } else if is_lost {
             Some(Refusal::of_item("its result was lost"))
         } else if !executor.is_available() {
@@ -91,10 +91,10 @@ impl<'a> Runner<'a> for Elsewhere<'a> {
         if self.is_required {
             let error =
                 Error::new(ErrorKind::Io, format!("an item cannot run on a machine of {host}: {trouble}"));
-            return Err(error.with_help("without --remote-required it runs here"));
+            return Err(error.with_help("without --remote-required it would run on this machine"));
         }
         let is_new = !std::mem::replace(&mut self.has_told, true);
-        let message = format!("{trouble}; what cannot run there runs here");
+        let message = format!("{trouble}; items that cannot run there run on this machine");
         Ok(is_new.then_some(Event::SharedCache { host, message }))
     }
 }

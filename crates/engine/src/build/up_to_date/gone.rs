@@ -44,13 +44,14 @@ impl UpToDateCheck<'_> {
         let Some((_, why)) = unseen.first() else { return Ok(()) };
         let names = listed(unseen.iter().map(|(source, _)| source));
         let message = match unseen.len() {
-            1 => format!("the source {names} cannot be seen, and may still exist"),
-            count => format!("{count} sources cannot be seen, and may still exist: {names}"),
+            1 => format!("the source {names} cannot be read, and may still exist"),
+            count => format!("{count} sources cannot be read, and may still exist: {names}"),
         };
         let folder = Path::new(unseen[0].0).parent().unwrap_or(Path::new("")).display();
         let error = Error::new(ErrorKind::Io, message).because(why.clone());
         Err(error.with_help(format!(
-            "nothing was built or removed; if they are gone for good, leave them out: source = [\"...\", \"!{folder}\"]"
+            "nothing was built or removed; if they are gone for good, exclude them: source = [\"...\", \
+             \"!{folder}\"]"
         )))
     }
 
@@ -91,8 +92,8 @@ impl UpToDateCheck<'_> {
         let is_ours = before == ".";
         let before = if is_ours { folder } else { self.folder.join(before) };
         (now != before).then(|| match is_ours {
-            true => format!("another drive is mounted on {} now", now.display()),
-            false => format!("nothing is mounted on {} now", before.display()),
+            true => format!("another drive is now mounted on {}", now.display()),
+            false => format!("nothing is mounted on {} any more", before.display()),
         })
     }
 }

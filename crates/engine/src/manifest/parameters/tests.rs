@@ -164,7 +164,7 @@ fn a_key_that_was_renamed_is_an_error_that_names_the_new_one() {
     check(
         "count = 1\ngain = 2",
         expect![[r#"
-            2:1 unknown key "gain" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, edges, scale | it is called "scale" now
+            2:1 unknown key "gain" | expected one of: exposure, count, mirrored, layer-name, weights, filter, samples, share, edges, scale | it is now called "scale"
         "#]],
     );
 }
@@ -202,7 +202,7 @@ fn shared_parameters_are_parameters_like_others() {
     let names = Whole::fields().into_iter().map(|field| field.name);
     assert_eq!(names.collect::<Vec<_>>(), ["width", "depth", "name"]);
     expect![[r#"
-        1:1 unknown key "thickness" | expected one of: width, depth, name | it is called "depth" now
+        1:1 unknown key "thickness" | expected one of: width, depth, name | it is now called "depth"
         1:1 "name" is missing | expected name = a string
         2:9 depth: 0 is not a whole number, 1 or more | expected a whole number, 1 or more
     "#]]

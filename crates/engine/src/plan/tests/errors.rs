@@ -118,7 +118,7 @@ input = "loose"
             13:9 an array is not a string | expected input = "..."
             16:10 "s" is not a table | expected inputs = { PORT = "STAGE" } | input = "s" connects the first port
             19:32 3 is not the name of a stage | expected the name of a stage
-            23:1 "input" and "inputs" are both given | expected only one of them | "input" connects the first port, "inputs" connects ports by name
+            23:1 "input" and "inputs" exclude each other | expected only one of them | "input" connects the first port, "inputs" connects ports by name
             27:7 "s" is not an array of strings | expected per = ["..."]
             28:1 stage "z" has no kind | expected kind = "..."
         "#]],
@@ -150,10 +150,10 @@ per = ["t"]
 "#,
         expect![[r#"
             3:1 stage "s" has no source | expected source = "...", a file, a folder or a glob
-            8:9 text-source takes no input | expected no "input" | it reads files: source = "..."
+            8:9 text-source does not take an input | expected no "input" | it reads files: source = "..."
             9:1 port "text" of stage "u" is not connected | expected input = "STAGE" | these stages make text: s, t, v, w
-            11:10 upper reads no files | expected no "source" | connect a stage that makes text: input = "STAGE"
-            15:8 stage "v" exports no files | expected no "path" | upper makes text, for other stages
+            11:10 upper does not read files | expected no "source" | connect a stage that makes text: input = "STAGE"
+            15:8 stage "v" does not export files | expected no "path" | upper makes text, for other stages
             19:7 upper has no port that takes many items | expected no "per" | "per" chooses how such a port groups its items
         "#]],
     );
@@ -219,7 +219,7 @@ fn schema_out_and_stages_are_checked() {
     check(
         "schema = 2\nstages = 1\n",
         expect![[r#"
-            1:10 unknown schema 2 | expected 1 | this manifest was written for another version of the program
+            1:10 unknown schema 2 | expected 1 | this manifest is for another version of Specula
         "#]],
     );
     check(

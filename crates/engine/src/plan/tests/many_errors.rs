@@ -52,7 +52,7 @@ fn connections_that_do_not_fit() {
 #[test]
 fn paths_that_clash() {
     let same = stages(|_| "kind = \"write\"\ninput = \"text\"\npath = \"x\"".into());
-    check_many(&same, MANY - 1, "give one of the stages another path");
+    check_many(&same, MANY - 1, "change the path of one of the stages");
     let below = stages(|n| format!("kind = \"write\"\ninput = \"text\"\npath = \"x.txt/{n}\""));
     let above = "[stage.file]\nkind = \"write\"\ninput = \"text\"\npath = \"x\"";
     check_many(&format!("{below}{above}"), MANY, "needs a folder of that name");

@@ -133,8 +133,8 @@ d = { kind = "write-pair", input = "paint", path = "{paint}.txt" }
         FILES,
         &format!("{SOURCES}{stages}"),
         expect![[r#"
-            12:45 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are the same file if case is ignored | expected a path that no other item has | give one of the stages another path
-            14:52 c [gold] writes the file "gold.txt", and d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | give one of the stages another path
+            12:45 a [dawn] and b [dawn] write "maps/dawn.txt" and "Maps/dawn.txt", which are the same file if case is ignored | expected a path that no other item has | change the path of one of the stages
+            14:52 c [gold] writes the file "gold.txt", but d [gold] needs a folder of that name for "gold.txt/body.txt" | expected a path that no other item has | change the path of one of the stages
         "#]],
     );
     check_errors(
@@ -168,7 +168,7 @@ fn files_that_differ_only_in_the_encoding_of_accents_are_the_same_export() {
         files,
         &format!("{source}{}", write("w", "{s}")),
         expect![[r#"
-            8:8 w [café] and w [café] write "cafe\u{301}.txt" and "café.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | rename "a/cafe\u{301}.txt" or "a/café.txt"
+            8:8 w [café] and w [café] write "cafe\u{301}.txt" and "café.txt", which are the same file on macOS: they have the same letters in different encodings | expected a path that no other item has | rename "a/cafe\u{301}.txt" or "a/café.txt"
         "#]],
     );
     // Exports of two stages.
@@ -176,15 +176,15 @@ fn files_that_differ_only_in_the_encoding_of_accents_are_the_same_export() {
         "a/x.txt",
         &format!("{source}{}{}", write("v", "\u{c9}t\u{e9}/{s}"), write("w", "e\u{301}te\u{301}/{s}")),
         expect![[r#"
-            12:8 v [x] and w [x] write "Été/x.txt" and "e\u{301}te\u{301}/x.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | give one of the stages another path
+            12:8 v [x] and w [x] write "Été/x.txt" and "e\u{301}te\u{301}/x.txt", which are the same file on macOS: they have the same letters in different encodings | expected a path that no other item has | change the path of one of the stages
         "#]],
     );
     check_errors(
         "a/Caf\u{e9}.txt a/cafe\u{301}.txt",
         &format!("{source}{}{}", write("v", "v/{s}"), write("w", "v/{s}x")),
         expect![[r#"
-            8:8 v [Café] and v [café] write "v/Café.txt" and "v/cafe\u{301}.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | rename a/Café.txt or a/café.txt
-            12:8 w [Café] and w [café] write "v/Caféx.txt" and "v/cafe\u{301}x.txt", which are the same file on macOS: their letters are the same, but are encoded in two ways | expected a path that no other item has | rename a/Café.txt or a/café.txt
+            8:8 v [Café] and v [café] write "v/Café.txt" and "v/cafe\u{301}.txt", which are the same file on macOS: they have the same letters in different encodings | expected a path that no other item has | rename a/Café.txt or a/café.txt
+            12:8 w [Café] and w [café] write "v/Caféx.txt" and "v/cafe\u{301}x.txt", which are the same file on macOS: they have the same letters in different encodings | expected a path that no other item has | rename a/Café.txt or a/café.txt
         "#]],
     );
 }

@@ -79,7 +79,7 @@ fn a_glob_that_matches_nothing_shows_what_exists() {
         assets/enviroments/*.exr: 4:10 no file matches "assets/enviroments/*.exr" | expected files in assets/enviroments | the folder assets/enviroments does not exist; assets contains environments/; did you mean "environments"?
         x/y/z/*.exr: 4:10 no file matches "x/y/z/*.exr" | expected files in x/y/z | the folder x does not exist; /project contains a/
         ../assets/*.exr: 4:10 no file matches "../assets/*.exr" | expected files in /assets | /assets contains x.png
-        a/[x].exr: 4:10 no file matches "a/[x].exr" | expected files in a | a file has exactly this name: put its special characters in brackets, such as [[] for [
+        a/[x].exr: 4:10 no file matches "a/[x].exr" | expected files in a | there is a file with exactly this name: put its special characters in brackets, such as [[] for [
         a/*.exr: 4:10 no file matches "a/*.exr" | expected files in a | a contains 1, 10, 11, 2, 3, 4, 5, 6 and 3 more
     "#]],
     );
@@ -116,8 +116,8 @@ fn invalid_sources_are_errors() {
         a\\*.exr: 4:10 a source cannot contain \ | expected / between folders | write "a/*.exr"
         a/{b: 4:10 "a/{b" is not a valid glob: unclosed alternate group; missing '}' (maybe escape '{' with '[{]'?) | to match a special character itself, put it in brackets: [[] or [*]
         a/[b: 4:10 "a/[b" is not a valid glob: unclosed character class; missing ']' | to match a special character itself, put it in brackets: [[] or [*]
-        ..: 4:10 ".." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
-        .: 4:10 "." does not end in a name, which its item needs | expected a file, a folder or a glob | name the folder: "../faces"
+        ..: 4:10 ".." does not end in a name, but its item needs one | expected a file, a folder or a glob | name the folder: "../faces"
+        .: 4:10 "." does not end in a name, but its item needs one | expected a file, a folder or a glob | name the folder: "../faces"
         out/*.exr: 4:10 "out/*.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
         a/../out/x.exr: 4:10 "a/../out/x.exr" is inside "out", the folder for exports | connect the stage that makes the file instead, or move the file
         a/*: 4:10 2 files have the stem "x": a/x.exr, a/x.hdr | expected one file for each stem | the stem is the item's name: rename a file, leave one out, or use a stage for each glob
@@ -150,7 +150,7 @@ fn several_globs_and_what_they_leave_out() {
         expect![[r#"
         ["sky/*.hdr", "!sky/odl_*"]: /project/sky/noon.hdr
         ["sky/*.hdr", "!sky/odl_*"]: /project/sky/old_noon.hdr
-        ["sky/*.hdr", "!sky/odl_*"]: 4:24 "!sky/odl_*" leaves out nothing: no file of this source matches it
+        ["sky/*.hdr", "!sky/odl_*"]: 4:24 "!sky/odl_*" excludes nothing: no file of this source matches it
     "#]],
     );
 }
@@ -169,9 +169,9 @@ fn a_source_without_a_file_to_read_is_an_error() {
             r#"["sky/*.hdr", 7]"#,
         ],
         expect![[r#"
-        "!sky/old_*": 4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
-        []: 4:10 the source names nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
-        ["sky/*.hdr", "!sky"]: 4:10 every file that the source matches is left out | expected at least one file | narrow the pattern after the !
+        "!sky/old_*": 4:10 the source lists nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
+        []: 4:10 the source lists nothing to read | expected a file, a folder or a glob | to leave files out: source = ["sky/*.hdr", "!sky/old_*"]
+        ["sky/*.hdr", "!sky"]: 4:10 the source excludes every file that it matches | expected at least one file | narrow the pattern after the !
         ["sky/*.hdr", "!"]: 4:24 the source is empty | expected a file, a folder or a glob
         ["sky/*.hdr", "sky/*.exr"]: 4:24 no file matches "sky/*.exr" | expected files in sky | sky contains dawn.hdr, noon.hdr
         ["sky/*.hdr", 7]: 4:10 an array is not an array of strings | expected source = ["..."]
@@ -185,14 +185,14 @@ fn a_file_that_differs_in_case_only_is_named() {
         &[("sky/a.hdr sky/B.HDR sky/c.Exr sky/d.png", "sky/*.{exr,hdr}")],
         expect![[r#"
         sky/*.{exr,hdr}: /project/sky/a.hdr
-        sky/*.{exr,hdr}: 4:10 2 files are not read: they differ from "sky/*.{exr,hdr}" in case only: sky/B.HDR, sky/c.Exr | rename it, or add its spelling to the glob: *.{hdr,HDR}
+        sky/*.{exr,hdr}: 4:10 2 files are not read: they differ from "sky/*.{exr,hdr}" only in case: sky/B.HDR, sky/c.Exr | rename it, or add its spelling to the glob: *.{hdr,HDR}
     "#]],
     );
     check_found("sky/a.hdr sky/B.HDR", r#"["sky/*.hdr", "sky/*.HDR"]"#, &["sky/B.HDR", "sky/a.hdr"]);
     check(
         &[("sky/B.HDR", "sky/*.hdr")],
         expect![[r#"
-        sky/*.hdr: 4:10 no file matches "sky/*.hdr" | expected files in sky | sky/B.HDR differs in case only, and case counts
+        sky/*.hdr: 4:10 no file matches "sky/*.hdr" | expected files in sky | sky/B.HDR differs only in case, and case counts
     "#]],
     );
     check_found("sky/a.hdr sky/B.HDR", r#"["sky/*.hdr", "!sky/*.HDR"]"#, &["sky/a.hdr"]);
@@ -211,6 +211,6 @@ fn what_a_shell_expands_is_not_expanded_and_said_so() {
     check_found("$HDRI/sky.hdr", r#""$HDRI/sky.hdr""#, &["$HDRI/sky.hdr"]);
     let errors = load("a.txt", "out = \"~/out\"\n[stage.s]\nkind = \"text-source\"\nsource = \"a.txt\"");
     expect![[r#"
-        2:7 out = "~/out" would be a folder of that name: ~ is not expanded | expected a folder inside the manifest's folder | out = "out" is the default
+        2:7 out = "~/out" would be a folder with that name: ~ is not expanded | expected a folder inside the manifest's folder | out = "out" is the default
     "#]].assert_eq(&shown(&errors.map(|plan| drawn(&plan)).unwrap_err()));
 }

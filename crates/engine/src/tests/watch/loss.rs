@@ -71,7 +71,7 @@ fn if_no_event_arrives_the_watcher_polls() {
     watched.until("the mode", |events| mode(events).is_some());
     let (poll, because) = mode(&watched.events()).unwrap();
     assert_eq!(poll, Some(25.0));
-    assert_has(because.unwrap(), ["no event of a file that was written to"]);
+    assert_has(because.unwrap(), ["no event arrived within"]);
     project.write("in/sky.txt", "grey");
     watched.until_out(&[("gold.txt", "WARM"), ("sky.txt", "GREY")]);
 }

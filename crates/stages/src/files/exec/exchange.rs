@@ -133,7 +133,7 @@ pub(super) fn write_input(
             let encoded = write_rgbe(&image(&*context.inputs.get::<Environment>(port)?)?, None)?;
             if encoded.negative > 0 {
                 context.reporter.warn(format!(
-                    "{port}: {} negative values became 0, which RGBE ends at",
+                    "{port}: {} negative values became 0, because RGBE cannot hold them",
                     encoded.negative
                 ));
             }

@@ -34,7 +34,7 @@ impl Parameter for Variables {
         match names.iter().find(|name| name.is_empty() || name.contains(['=', '\0'])) {
             Some(bad) => {
                 Err(Diagnostic::at(value.span.clone(), format!("{bad:?} is not the name of a variable"))
-                    .expected("expected names alone, without values"))
+                    .expected("expected only names, without values"))
             }
             None => Ok(Self(names.into_iter().map(|name| (name.clone(), env::var_os(name))).collect())),
         }
@@ -180,8 +180,8 @@ impl Tools<'_> {
         }
         if !is_known && self.listed.is_empty() {
             self.warnings.push(format!(
-                "{}: cannot tell which program env starts, so another one does not rerun the item: list its \
-                 file in tools = [...]",
+                "{}: cannot find out which program env starts, so the item does not rerun if it changes: \
+                 list its file in tools = [...]",
                 self.command.name()
             ));
         }
@@ -254,12 +254,12 @@ impl Tools<'_> {
         let shown = path.display();
         self.warnings.push(match self.files.check_not_exported(path) {
             Ok(()) => format!(
-                "the argument {argument:?} has the word {shown}, a file of the project that is not tracked: \
+                "the argument {argument:?} contains {shown}, a file of the project that is not tracked: \
                  write {{folder}}/{shown}, or list it in tools = [...]"
             ),
             Err(_) => format!(
-                "the argument {argument:?} has the word {shown}, a file in \"out\": if it is read, connect the \
-                 stage that makes it as an input; no tools = [...] can name it"
+                "the argument {argument:?} contains {shown}, a file in \"out\": if the program reads it, \
+                 connect the stage that makes it as an input; tools = [...] cannot list it"
             ),
         });
     }
@@ -272,8 +272,8 @@ impl Tools<'_> {
         }
         let name = if is_project { "the manifest's folder".into() } else { folder.display().to_string() };
         self.warnings.push(format!(
-            "the argument {argument:?} names {name}, but not what the program reads there, so an edit of \
-             that does not rerun the item: list the files and folders in tools = [...]"
+            "the argument {argument:?} names {name}, but not the files that the program reads there, so an \
+             edit of them does not rerun the item: list the files and folders in tools = [...]"
         ));
     }
 

@@ -187,7 +187,7 @@ fn what_else_reads_a_turned_light_is_named() {
     let text = manifest(&format!("{TURNED}\n[stage.probe]\nkind = \"export-sh\"\ninput = \"turned\"\n"));
     assert_eq!(
         check(&text, [45.0, 0.0]).changes,
-        ["[stage.turned] gets yaw = 75.0 (now 30.0)", "what probe makes turns too"]
+        ["[stage.turned] gets yaw = 75.0 (now 30.0)", "the output of probe turns too"]
     );
     // All lights of a stage turn.
     let text = text.replace("studio.exr", "*.exr");

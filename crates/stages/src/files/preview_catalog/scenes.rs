@@ -218,7 +218,7 @@ impl SceneCache {
         let found = self.blends.get(TABLES, made.digest(), || {
             let blend = made.get::<artifacts::VertexBlend>()?;
             let is_same = blend.0.mesh == of_mesh;
-            is_same.then(|| blend.0.value.clone()).ok_or_else(|| Failure::new("it is of another mesh"))
+            is_same.then(|| blend.0.value.clone()).ok_or_else(|| Failure::new("it belongs to another mesh"))
         });
         found.ok()
     }
@@ -238,7 +238,7 @@ impl SceneCache {
             let transfer = made.get::<artifacts::Transfer>()?;
             let is_same = transfer.0.mesh == of_mesh;
             let matrices = is_same.then(|| transfer.0.value.matrices(&Frames::of(&shape).ok()?)).flatten();
-            matrices.ok_or_else(|| Failure::new("it is of another mesh, or matte"))
+            matrices.ok_or_else(|| Failure::new("it belongs to another mesh, or is matte"))
         });
         found.ok()
     }
@@ -312,7 +312,8 @@ impl SceneCache {
             };
             return self.looks.get(self.kept(LOOKS), key, make);
         }
-        let item = entry.reflection.ok_or_else(|| Failure::new("nothing reflects this material"))?;
+        let item =
+            entry.reflection.ok_or_else(|| Failure::new("no stage reflects light off this material"))?;
         let reflection = handle(plan, results, item)?;
         let key =
             (light_key, Some(reflection.digest()), material_digest, table_digest, compact_digests, kept);
@@ -541,7 +542,7 @@ fn lit_by(
     item: ItemIndex,
     files: LightFiles,
 ) -> Result<(LitBy, Vec<sh::Light>), Failure> {
-    let light = exported_light(plan, item).ok_or_else(|| Failure::new("this exports no light"))?;
+    let light = exported_light(plan, item).ok_or_else(|| Failure::new("this stage does not export light"))?;
     let suns = match files.lights {
         Some(file) => light.read_lights(&results.read_file(file)?)?,
         None => Vec::new(),
@@ -579,7 +580,7 @@ fn handle_of(
     results: &ResultsSnapshot,
     mesh: &str,
 ) -> Result<Arc<engine::Handle>, Failure> {
-    let item = catalog.mesh_item(mesh).ok_or_else(|| Failure::new("a built-in mesh is made by no stage"))?;
+    let item = catalog.mesh_item(mesh).ok_or_else(|| Failure::new("no stage makes a built-in mesh"))?;
     handle(catalog.plan(), results, item)
 }
 

@@ -105,8 +105,8 @@ fn transfer(inputs: &Inputs, mesh: &mesh::Mesh) -> Result<Option<Arc<Vec<transfe
         None => String::new(),
     };
     if transfer.0.mesh != digest {
-        return Err(Failure::new("the transfer is of another mesh")
-            .help("connect the mesh that precompute-transfer was given, tangents included"));
+        return Err(Failure::new("the transfer belongs to another mesh")
+            .help("connect the mesh that precompute-transfer used, including its tangents"));
     }
     let matrices = transfer.0.value.matrices(&transfer::Frames::of(mesh)?).ok_or_else(|| {
         Failure::new("the preview shows matrices, and this transfer is matte")

@@ -223,13 +223,10 @@ fn files_that_cannot_be_shown_are_an_error_in_the_window_and_nothing_changes() {
     let around = folder.surroundings();
     let mut session = Session::new(&folder, &around);
     for (name, words) in [
-        (
-            "notes.txt",
-            "notes.txt is neither an image of an environment, nor a material, nor a glTF mesh; hint: name",
-        ),
+        ("notes.txt", "notes.txt is not an image of an environment, a material or a glTF mesh; hint: name"),
         ("none.hdr", "cannot read"),
         ("broken.toml", "broken.toml:1:"),
-        ("empty", "empty holds no image of high dynamic range, no material and no glTF mesh"),
+        ("empty", "empty contains no HDR image, material or glTF mesh"),
     ] {
         let lines = session.drop(&[folder.path(name)]);
         assert_eq!(lines.len(), 1, "{lines:?}");

@@ -78,7 +78,7 @@ fn files_without_a_manifest_have_none_to_write_to() {
         around.with_window([planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let line = received(&updates).into_iter().find(|line| line.starts_with("toast: ")).unwrap();
     assert!(
-        line.contains("files that were opened without a manifest have none to write to; hint: "),
+        line.contains("there is no manifest to write to, because the files were opened without one; hint: "),
         "{line}"
     );
 }

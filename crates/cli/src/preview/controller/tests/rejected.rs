@@ -48,7 +48,7 @@ fn a_broken_manifest_is_told_from_a_failed_build_and_the_build_that_goes_on_from
     controller.handle_all([planned()]);
     let failed = failure(&mut controller, &updates, failed("environment"));
     assert!(
-        failed.starts_with("failure: The build failed; this picture shows what was made before; "),
+        failed.starts_with("failure: The build failed; this picture shows earlier results; "),
         "{failed}"
     );
 }
