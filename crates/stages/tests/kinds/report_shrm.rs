@@ -284,6 +284,27 @@ fn maps_of_parts_have_the_size_of_both_files() {
     assert_eq!(sizes, [None, Some(total)]);
 }
 
+/// A bare metal has no matte base: its stages write one map, and the report has no maps of parts.
+#[test]
+fn a_bare_metal_has_one_map() {
+    let (light, bare) = (
+        environment(32, soft),
+        brdf::StandardParameters { metallic: 1.0, roughness: 0.6, ..Default::default() },
+    );
+    let material = brdf::Material::Standard(brdf::Standard::new(bare).unwrap());
+    let reflection = reflection(&light, &material, "");
+    let maps = case("export-reflection-map", "resolution = 8").input("reflection", reflection.clone());
+    let (files, written) = maps.exported();
+    let case = base(&light, &material).keyed_input("reflection", &PAIR, reflection.clone()).keyed_input(
+        "reflection-map",
+        &PAIR,
+        files,
+    );
+    let pair = &report(&case).0["pairs"][0];
+    assert_eq!(export(pair, "reflection-map")["file"].as_u64(), Some(written[0].len() as u64));
+    assert!(pair["exports"].as_array().unwrap().iter().all(|export| export["method"] != "part-maps"));
+}
+
 #[test]
 fn files_that_are_no_shrm_or_the_same_one_are_errors() {
     let (light, material) = (environment(32, soft), metal(0.5));

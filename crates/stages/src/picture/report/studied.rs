@@ -56,7 +56,7 @@ impl<'a> Studied<'a> {
     }
 
     /// The parts, of a material of which exports write a map for each.
-    fn maps(&self) -> Option<&[Studied<'static>; 2]> {
+    pub(crate) fn maps(&self) -> Option<&[Studied<'static>; 2]> {
         self.material.split().and_then(|_| self.parts())
     }
 

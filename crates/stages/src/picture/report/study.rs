@@ -198,7 +198,7 @@ impl<'a> StudyScene<'a> {
             steps.step()?;
             let explicit = made.explicit.iter().find(|maps| maps.method() == method);
             let shrm = made.shrms.iter().find(|maps| maps.method() == method && !maps.are_fitted());
-            found.push(match (method, material.parts(), explicit, shrm) {
+            found.push(match (method, material.maps(), explicit, shrm) {
                 (Method::Taps, ..) => self.compact(lit, material)?,
                 (Method::PartMaps, Some(parts), ..) => {
                     self.part_maps(lit, parts, reflection, &made.lights_of_parts, settings)?
