@@ -51,7 +51,7 @@ pub(crate) use run::failure_of;
 pub use run_item::run_item;
 pub use session::{BuildSession, WORKER};
 pub(crate) use session::{PathSet, WatchedChanges};
-pub(crate) use up_to_date::{UpToDateCheck, arriving, exported_files, item_subject};
+pub(crate) use up_to_date::{UpToDateCheck, arriving, digest_of_files, file_sizes, item_subject};
 
 /// Options of a build.
 #[derive(Clone, Debug, Default)]

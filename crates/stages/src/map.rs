@@ -25,16 +25,19 @@ mod map_input;
 mod map_pictures;
 pub(crate) mod map_source;
 mod shrm_file;
+mod shrm_parameters;
 mod varied_taps;
 
 use engine::Kinds;
 
 pub(crate) use compact::{RESOLUTION, default_scale_space, default_taps, has_facets, scale_space_of};
 pub(crate) use component_files::EDGE as COMPONENT_EDGE;
+pub(crate) use degree_choice::{Accept, DegreeChoice};
 #[cfg(test)]
 pub(crate) use map_pictures::texels;
 pub(crate) use map_pictures::{Layout, MapPictures, endings};
 pub(crate) use pair_choice::tables as tap_tables;
+pub(crate) use shrm_parameters::{PlannedMap, ShrmSettings};
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::build::{arriving, exported_files, failure_of, item_subject};
+use crate::build::{arriving, failure_of, file_sizes, item_subject};
 use crate::error::Error;
 use crate::key::Digest;
 use crate::kinds::{Failure, Handle, Product, is_left_out};
@@ -68,7 +68,7 @@ impl ResultsSnapshot {
     /// empty if there are none. 0 for a file that it leaves out.
     pub fn file_sizes(&self, item: ItemIndex) -> Vec<u64> {
         let result = self.result(item).filter(|result| result.handle.is_none());
-        result.map_or_else(Vec::new, |result| exported_files(&result.record.outputs).0.bytes)
+        result.map_or_else(Vec::new, |result| file_sizes(&result.record.outputs))
     }
 
     /// The digest of a file that an item exports, by its place in [`crate::plan::Item::files`]; `None` if
@@ -104,7 +104,7 @@ impl ResultsSnapshot {
         let inputs = plan.items[item].inputs.iter().flatten();
         let made = |from: ItemIndex| {
             let product = &plan.stages[plan.items[from].stage].product;
-            arriving(product, &self.result(from)?.record.outputs)
+            arriving(product, &self.result(from)?.record)
         };
         let inputs = inputs.map(|from| made(*from));
         let used = |record: &Record| record.inputs.iter().map(|used| Some(used.digest)).eq(inputs);

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::build::{
-    Forecast, Published, Publisher, UpToDateCheck, exported_files, forecast, forecast_causes,
+    Forecast, Published, Publisher, UpToDateCheck, digest_of_files, forecast, forecast_causes,
 };
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
@@ -438,7 +438,7 @@ impl<'a> Records<'a> {
     fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
         let made = |record: &&Record| {
             let artifact = record.outputs.first().map(|blob| blob.digest);
-            artifact == Some(digest) || Digest::of(&exported_files(&record.outputs).1) == digest
+            artifact == Some(digest) || digest_of_files(record) == digest
         };
         let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
         let is_of = |record: &&Record| record.item == *name && record.manifest == self.manifest;

@@ -12,7 +12,7 @@ use super::publish::{PublishError, PublishEvent, Publisher};
 use super::running::{Dependencies, RunningBuild};
 use super::session::WatchedChanges;
 use super::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action, list};
-use super::up_to_date::{UpToDateCheck, exported_files};
+use super::up_to_date::UpToDateCheck;
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::Reason;
@@ -304,9 +304,9 @@ impl RunContext<'_> {
         })
     }
 
-    /// The sizes of the files that an item exported with these outputs.
-    pub(crate) fn sizes(&self, outputs: &[Blob]) -> Arc<Handle> {
-        let (files, encoded) = exported_files(outputs);
+    /// What consumers learn of the files that an item exported with these outputs.
+    pub(crate) fn exported_files(&self, item: ItemIndex, outputs: &[Blob]) -> Arc<Handle> {
+        let (files, encoded) = self.check.exported_files(item, outputs);
         // For a consumer that runs on another machine.
         let _ = self.check.state.store.put(&encoded);
         let handle = self.handle(ExportedFiles::TYPE, Digest::of(&encoded));

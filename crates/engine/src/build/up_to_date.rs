@@ -220,10 +220,20 @@ impl<'a> UpToDateCheck<'a> {
         made.unwrap_or(Digest([0; 32]))
     }
 
-    /// The digest of what arrives at the consumers of an item with these outputs: of its artifact, or of the
-    /// sizes of its files. `None` if it has no outputs.
+    /// The digest of what arrives at the consumers of an item with these outputs: of its artifact, or of what
+    /// [`ExportedFiles`] says of its files. `None` if it has no outputs.
     pub(crate) fn arriving(&self, item: ItemIndex, outputs: &[Blob]) -> Option<Digest> {
-        arriving(&self.plan.stages[self.plan.items[item].stage].product, outputs)
+        let first = outputs.first()?;
+        Some(match self.plan.stages[self.plan.items[item].stage].product {
+            Product::Artifact(_) => first.digest,
+            Product::Files(_) => Digest::of(&self.exported_files(item, outputs).1),
+        })
+    }
+
+    /// The files that an item exported with these outputs, as a value and encoded.
+    pub(crate) fn exported_files(&self, item: ItemIndex, outputs: &[Blob]) -> (ExportedFiles, Vec<u8>) {
+        let stage = self.plan.items[item].stage;
+        exported_files(self.plan.stages[stage].kind.name(), &self.stages[stage].parameters, outputs)
     }
 
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
@@ -518,19 +528,28 @@ pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subjec
     subject(&parts)
 }
 
-/// The digest of what arrives at the consumers of an item that makes this product.
-pub(crate) fn arriving(product: &Product, outputs: &[Blob]) -> Option<Digest> {
-    let first = outputs.first()?;
+/// The digest of what arrives at the consumers of an item that makes this product, by its record.
+pub(crate) fn arriving(product: &Product, record: &Record) -> Option<Digest> {
+    let first = record.outputs.first()?;
     Some(match product {
         Product::Artifact(_) => first.digest,
-        Product::Files(_) => Digest::of(&exported_files(outputs).1),
+        Product::Files(_) => digest_of_files(record),
     })
 }
 
-/// The sizes of exported files, as a value and encoded.
-pub(crate) fn exported_files(outputs: &[Blob]) -> (ExportedFiles, Vec<u8>) {
-    let size = |blob: &Blob| if is_left_out(blob.digest) { 0 } else { blob.bytes };
-    let files = ExportedFiles { bytes: outputs.iter().map(size).collect() };
+/// The digest of what [`ExportedFiles`] says of the files of a record.
+pub(crate) fn digest_of_files(record: &Record) -> Digest {
+    Digest::of(&exported_files(&record.kind, &record.parameters, &record.outputs).1)
+}
+
+/// The bytes of each exported file; 0 for one that was left out.
+pub(crate) fn file_sizes(outputs: &[Blob]) -> Vec<u64> {
+    outputs.iter().map(|blob| if is_left_out(blob.digest) { 0 } else { blob.bytes }).collect()
+}
+
+fn exported_files(kind: &str, parameters: &Value, outputs: &[Blob]) -> (ExportedFiles, Vec<u8>) {
+    let (kind, parameters) = (kind.to_owned(), parameters.clone());
+    let files = ExportedFiles { kind, parameters, bytes: file_sizes(outputs) };
     let encoded = files.encode().unwrap_or_default();
     (files, encoded)
 }

@@ -81,6 +81,16 @@ impl Table {
         errors.extend(syntax_errors(text, found, &table));
         if errors.is_empty() { Ok(table) } else { Err(errors) }
     }
+
+    /// The table of a JSON object, without its null entries; `None` if it is no object, or has values that no
+    /// TOML text has.
+    pub(crate) fn from_json(value: &serde_json::Value) -> Option<Self> {
+        let given = value.as_object()?.iter().filter(|(_, value)| !value.is_null());
+        let entries = given.map(|(key, value)| {
+            Some(Entry { key: key.clone(), key_span: 0..0, value: Value::from_json(value)? })
+        });
+        Some(Self { span: 0..0, entries: entries.collect::<Option<_>>()? })
+    }
 }
 
 impl Table {
@@ -96,6 +106,24 @@ impl Table {
 }
 
 impl Value {
+    fn from_json(value: &serde_json::Value) -> Option<Self> {
+        use serde_json::Value as Json;
+        let kind = match value {
+            Json::Null => return None,
+            Json::Bool(value) => ValueKind::Boolean(*value),
+            Json::Number(number) => match number.as_i64() {
+                Some(integer) => ValueKind::Integer(integer),
+                None => ValueKind::Float(number.as_f64()?),
+            },
+            Json::String(text) => ValueKind::String(text.clone()),
+            Json::Array(values) => {
+                ValueKind::Array(values.iter().map(Self::from_json).collect::<Option<_>>()?)
+            }
+            Json::Object(_) => ValueKind::Table(Table::from_json(value)?),
+        };
+        Some(Self { span: 0..0, kind })
+    }
+
     fn plain(&self) -> toml::Value {
         match &self.kind {
             ValueKind::Boolean(value) => (*value).into(),

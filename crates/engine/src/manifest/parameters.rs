@@ -61,6 +61,11 @@ pub trait Parameters: Sized + Send + Sync + 'static {
 
     /// The parameters with defaults filled in, as canonical JSON.
     fn canonical(&self) -> serde_json::Value;
+
+    /// The parameters whose canonical JSON this is; `None` if it is not that of such parameters.
+    fn from_canonical(value: &serde_json::Value) -> Option<Self> {
+        Self::parse(&Table::from_json(value)?, &mut Vec::new())
+    }
 }
 
 /// The error of a value that is not what was expected.

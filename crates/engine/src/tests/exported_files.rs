@@ -4,6 +4,7 @@ use expect_test::expect;
 
 use super::*;
 use crate::kinds::ExportedFiles;
+use crate::parameters;
 
 /// Writes the sizes of files to a file, with the names of their items.
 struct Sizes;
@@ -113,4 +114,90 @@ fn only_a_port_that_asks_for_sizes_takes_an_export() {
         error,
         ["port \"files\" takes files, but stage \"text\" makes text", "stage \"pair\" makes files"],
     );
+}
+
+parameters! {
+    /// Parameters of [`Letters`].
+    struct Letter {
+        /// What is written in place of each letter.
+        letter: String = "x".into(),
+        /// How often.
+        times: usize = 1,
+    }
+}
+
+/// Writes a file that is as long for every letter.
+struct Letters;
+
+impl Kind for Letters {
+    type Parameters = Letter;
+    const NAME: &'static str = "letters";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Writes letters.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Letter, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(parameters: &Letter, context: &Context<'_>) -> Result<Output, Failure> {
+        let count = context.inputs.get::<Text>("text")?.0.len() * parameters.times;
+        Ok(Output::files(vec![parameters.letter.repeat(count).into_bytes()]))
+    }
+}
+
+/// Writes what it learns of how files were made.
+struct Makers;
+
+impl Kind for Makers {
+    type Parameters = Nothing;
+    const NAME: &'static str = "makers";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Lists makers.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::many::<ExportedFiles>("files")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let mut text = String::new();
+        for (_, files) in context.inputs.many::<ExportedFiles>("files")? {
+            let Letter { letter, times } = Letter::from_canonical(&files.parameters).unwrap();
+            writeln!(text, "{} {letter} x {times}: {} bytes", files.kind, files.total()).unwrap();
+        }
+        Ok(Output::files(vec![text.into_bytes()]))
+    }
+}
+
+#[test]
+fn a_consumer_of_files_learns_the_parameters_by_which_they_were_made() {
+    let mut project = two_texts(
+        r#"
+schema = 1
+[stage]
+text = { kind = "text-source", source = "a.txt" }
+letters = { kind = "letters", input = "text" }
+makers = { kind = "makers", input = "letters" }
+"#,
+    );
+    project.kinds = kinds().with(Letters).with(Makers);
+    assert_has(project.build(), ["3 ran"]);
+    assert_eq!(project.read("out/makers.txt"), "letters x x 1: 3 bytes\n");
+    // Other files of the same size, made by another parameter.
+    project.edit("input = \"text\"", "input = \"text\", letter = \"y\"");
+    assert_has(project.build(), ["ran letters", "ran makers", "ended: 2 ran, 1 up to date"]);
+    assert_eq!(project.read("out/makers.txt"), "letters y x 1: 3 bytes\n");
+    // The same parameters, however they are written.
+    project.edit("letter = \"y\"", "letter = \"y\", times = 1");
+    assert_has(project.build(), ["ended: 0 ran, 3 up to date"]);
+    project.edit("times = 1", "times = 2");
+    assert_has(project.build(), ["ended: 2 ran, 1 up to date"]);
+    assert_eq!(project.read("out/makers.txt"), "letters y x 2: 6 bytes\n");
 }

@@ -107,6 +107,26 @@ pub struct CatalogEntry {
 }
 
 impl CatalogEntry {
+    /// The entry of a light that nothing is known to reflect.
+    fn of_light(environment: ItemIndex) -> Self {
+        Self {
+            reflection: None,
+            table: None,
+            compact_map: None,
+            light_alone: None,
+            environment,
+            added: Vec::new(),
+            lighting: None,
+            material: None,
+            turn: Rotation::IDENTITY,
+            sizes: MapSizes::default(),
+            holds_lamps: false,
+            exports: Vec::new(),
+            ancestry: Vec::new(),
+            maps: Vec::new(),
+        }
+    }
+
     fn key(&self, plan: &Plan) -> MaterialKey {
         if let Some(LightAlone { export }) = self.light_alone {
             return MaterialKey::of_light(plan, export.unwrap_or(self.environment), self.environment);
@@ -510,8 +530,6 @@ impl Connections {
             reflection,
             table,
             compact_map,
-            light_alone: None,
-            environment,
             added: disks,
             lighting,
             material,
@@ -521,6 +539,7 @@ impl Connections {
             exports,
             ancestry,
             maps,
+            ..CatalogEntry::of_light(environment)
         })
     }
 

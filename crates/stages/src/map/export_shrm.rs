@@ -296,151 +296,26 @@
 use std::any::Any;
 
 use brdf::Part;
-use engine::{Context, Failure, Kind, OrAuto, Output, Port, Product, choice, parameters};
+use engine::{Context, Failure, Kind, Output, Port, Product};
 use sh::Light;
 use shrm::{MapLayout, Reflection, SMALL_P, Shrm, Terms};
 
 use super::component_files::{Components, FormName};
-use super::degree_choice::{Accept, DegreeChoice, MAX_P};
 use super::map_input;
-use super::map_input::{MOST_BYTES, MapInput, PartOfMaterial, SmallMap};
+use super::map_input::{MOST_BYTES, MapInput, PartOfMaterial};
 use super::map_source::MapSource;
 use super::shrm_file::{file, lamp_entries};
+use super::shrm_parameters::{EXPORT_SHRM, ShrmFormat, ShrmParameters};
 use crate::values::quantity::size;
-use crate::values::{
-    Container, Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, MapLayoutName, Numbers,
-    PartsName, PrecisionName, Resolution, ViewName, edge_of, parts,
-};
-
-choice! {
-    /// The container.
-    pub(crate) enum ShrmFormat {
-        /// Safetensors.
-        Safetensors = "safetensors",
-        /// OpenEXR.
-        Exr = "exr",
-        /// KTX2.
-        Ktx2 = "ktx2",
-    }
-}
-
-impl FileFormat for ShrmFormat {
-    fn container(self) -> Container {
-        match self {
-            Self::Safetensors => Container::Safetensors,
-            Self::Exr => Container::Exr,
-            Self::Ktx2 => Container::Ktx2,
-        }
-    }
-}
-
-parameters! {
-    /// Parameters of `export-shrm`.
-    pub(crate) struct Parameters {
-        /// The layout of the texels. Default: "cube", or the layout of the map that arrives.
-        layout: Option<MapLayoutName> = None,
-        /// Edge of a cube's face; rows of a lat-long map, which has twice as many columns. Default: "auto",
-        /// or the resolution of the map that arrives.
-        #[range(1..=MAX_RESOLUTION)]
-        resolution: Option<Resolution> = None,
-        /// The errors in stops that 5 % of the views, and 1 %, may exceed by the degree P, see Degree, or by
-        /// the number of components. Default: [0.15, 0.4], unless `error` is given.
-        accept: Option<Accept> = None,
-        /// The RMS error that the map may have, as a share of the RMS radiance, in place of `accept`: by its
-        /// degree P, and with resolution "auto" by bilinear look-ups, of which 0.01 is aimed at otherwise.
-        #[range(1e-6..1.0)]
-        error: Option<f64> = None,
-        /// The highest P that is tried. Default: 4 or 16, see Degree, or the P that the manifest names.
-        #[range(0..=MAX_P)]
-        most_p: Option<usize> = None,
-        /// The frame in which the views are given. Default: "local", or the frame of the map that arrives.
-        view: Option<ViewName> = None,
-        /// Whether suns and lamps are in the map or beside it; see Lamps.
-        lamps: LampsName = LampsName::Baked,
-        /// The maps of a material with a matte base under a highlight: one for each part, or one for both.
-        parts: PartsName = PartsName::Separate,
-        /// The container; see Files. Safetensors hold 32-bit numbers.
-        format: ShrmFormat = ShrmFormat::Safetensors,
-        /// What the map's numbers are; see Components.
-        form: FormName = FormName::Harmonics,
-        /// The number of components. Default: "auto", the least that `accept` allows.
-        #[range(1..=shrm::components::MAX_COMPONENTS)]
-        components: Option<OrAuto<usize>> = None,
-        /// Whether components have 8 bits, and half the resolution from the fifth on; in safetensors.
-        packed: bool = false,
-        ..numbers: Numbers,
-    }
-}
-
-impl Parameters {
-    fn input(&self) -> MapInput {
-        let (layout, view) = (self.layout.map(|name| name.0), self.view.map(|name| name.0));
-        let small = Some(SmallMap {
-            degree: DegreeChoice { accept: self.accept, error: self.error, most_p: self.most_p },
-            per_coefficient: match (self.format, self.numbers.precision) {
-                (ShrmFormat::Safetensors, _) | (ShrmFormat::Exr, PrecisionName::Float) => 12,
-                (ShrmFormat::Exr, _) => 6,
-                (ShrmFormat::Ktx2, PrecisionName::Float) => 16,
-                (ShrmFormat::Ktx2, _) => 8,
-            },
-            with_zeros: self.format != ShrmFormat::Ktx2,
-        });
-        MapInput { layout, resolution: self.resolution, error: self.error, view, lamps: self.lamps, small }
-    }
-
-    fn components(&self) -> Components {
-        Components {
-            resolution: self.resolution,
-            count: self.components,
-            accept: self.accept,
-            packed: self.packed,
-            bake: self.lamps == LampsName::Baked,
-        }
-    }
-
-    /// The errors of parameters that the form does not use.
-    fn check_form(&self) -> Vec<(&'static str, String)> {
-        let text = |form: &str| format!("only form = \"{form}\" uses it");
-        let mut errors = Vec::new();
-        if self.form == FormName::Harmonics {
-            let given = [("components", self.components.is_some()), ("packed", self.packed)];
-            errors
-                .extend(given.into_iter().filter(|given| given.1).map(|(key, _)| (key, text("components"))));
-            return errors;
-        }
-        let given = [
-            ("view", self.view.is_some()),
-            ("error", self.error.is_some()),
-            ("most-p", self.most_p.is_some()),
-        ];
-        errors.extend(given.into_iter().filter(|given| given.1).map(|(key, _)| (key, text("harmonics"))));
-        if self.layout.is_some_and(|layout| layout.0 != MapLayout::Cube) {
-            errors.push(("layout", "components are on a cube".into()));
-        }
-        if self.format == ShrmFormat::Exr {
-            errors.push(("format", "components are in safetensors or ktx2".into()));
-        }
-        if self.packed && self.format != ShrmFormat::Safetensors {
-            errors.push(("packed", "only format = \"safetensors\" uses it".into()));
-        }
-        if self.accept.is_some() && matches!(self.components, Some(OrAuto::Fixed(_))) {
-            errors.push(("accept", "only components = \"auto\" uses it".into()));
-        }
-        errors
-    }
-
-    fn encoding(&self) -> Encoding<ShrmFormat> {
-        Encoding::new(self.format, self.numbers)
-    }
-}
+use crate::values::{ExportedMaps, FileFormat, LampsName, Resolution, edge_of, parts};
 
 /// The kind `export-shrm`.
 pub(crate) struct ExportShrm;
 
 impl Kind for ExportShrm {
-    type Parameters = Parameters;
+    type Parameters = ShrmParameters;
 
-    const NAME: &'static str = "export-shrm";
+    const NAME: &'static str = EXPORT_SHRM;
     const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &{
         let mut kernels = [shrm::revisions::COMPONENTS; map_input::SMALL_MAP_KERNELS.len() + 2];
@@ -458,7 +333,7 @@ impl Kind for ExportShrm {
         vec![MapInput::port()]
     }
 
-    fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
+    fn product(parameters: &ShrmParameters, _: &[(&str, &'static str)]) -> Product {
         let container = parameters.format.container();
         let endings = match parameters.form {
             FormName::Harmonics => vec![container.ending().into()],
@@ -467,7 +342,7 @@ impl Kind for ExportShrm {
         Product::Files(parts::endings(parameters.parts, endings))
     }
 
-    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
+    fn details(parameters: &ShrmParameters) -> Option<Box<dyn Any>> {
         let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
         Some(Box::new(ExportedMaps {
             edge: edge_of(parameters.resolution, layout),
@@ -476,14 +351,14 @@ impl Kind for ExportShrm {
         }))
     }
 
-    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+    fn check(parameters: &ShrmParameters) -> Vec<(&'static str, String)> {
         let mut errors = parameters.input().check();
         errors.extend(parameters.encoding().check());
         errors.extend(parameters.check_form());
         errors
     }
 
-    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+    fn run(parameters: &ShrmParameters, context: &Context<'_>) -> Result<Output, Failure> {
         let whole = MapSource::of(&context.inputs)?;
         let base = whole.parts().map(|[diffuse, _]| diffuse);
         whole.export(parameters.parts, &context.reporter, |source, part, steps| {
@@ -524,7 +399,7 @@ impl Kind for ExportShrm {
 
 /// The lights that the map does not hold. A renderer adds them once, with the whole material: of two maps
 /// only that of the highlight has them.
-fn beside(parameters: &Parameters, reflection: &Reflection, part: Option<Part>) -> Vec<Light> {
+fn beside(parameters: &ShrmParameters, reflection: &Reflection, part: Option<Part>) -> Vec<Light> {
     match (parameters.lamps, reflection.lamps()) {
         (LampsName::Separate, Some(lamps)) if part != Some(Part::Diffuse) => lamps.lights.clone(),
         _ => Vec::new(),
@@ -532,7 +407,7 @@ fn beside(parameters: &Parameters, reflection: &Reflection, part: Option<Part>) 
 }
 
 /// Says that a file is large, and what makes it smaller.
-fn too_large(parameters: &Parameters, map: &Shrm, bytes: usize) -> String {
+fn too_large(parameters: &ShrmParameters, map: &Shrm, bytes: usize) -> String {
     let mut ways = Vec::new();
     let is_zonal = map.terms() == Terms::Zonal && parameters.format == ShrmFormat::Ktx2;
     if map.p().get() > SMALL_P && !is_zonal {

@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
-use engine::{Artifact, Context, Failure, Port, Steps};
+use engine::{Artifact, Context, Failure, Port, Reporter, Steps};
 use sh::Degree;
 use shrm::{
-    BAKED_AT_ONCE, ByteBudget, DegreeRule, MapContent, MapGrid, MapLayout, Reflection, Shrm, Terms, View,
+    BAKED_AT_ONCE, ByteBudget, DegreeRule, MapContent, MapDegree, MapGrid, MapLayout, MapTolerance,
+    Reflection, Shrm, Terms, View,
 };
 use sphere::{Cube, LatLong};
 
@@ -92,6 +93,21 @@ pub(crate) struct SmallMap {
     pub(crate) with_zeros: bool,
 }
 
+/// The texels of a map, the frame of its views, and its degree P.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MapShape {
+    pub(crate) grid: MapGrid,
+    pub(crate) view: View,
+    pub(crate) p: Degree,
+}
+
+/// A degree P, and unless it is given the rule that asked for it, the tolerance of the part of the material
+/// that the map is of, and what P reaches.
+struct ChosenDegree {
+    p: Degree,
+    found: Option<(DegreeRule, MapTolerance, MapDegree)>,
+}
+
 impl MapInput {
     /// The port, which takes a reflection or a map.
     pub(crate) fn port() -> Port {
@@ -128,7 +144,7 @@ impl MapInput {
         steps: &Steps<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let reporter = steps.reporter();
-        let p = self.degree(reflection, part, steps)?;
+        let p = self.degree(reflection, part, reporter)?;
         let cut = reflection.cut_in_view(p);
         let (grid, error_note, missed) = self.grid(&cut, p);
         missed.into_iter().for_each(|missed| reporter.warn(missed));
@@ -151,44 +167,36 @@ impl MapInput {
         Ok(Arc::new(artifacts::Shrm(map)))
     }
 
-    /// The degree P of the map of a reflection: its own, or the least that is enough. What was chosen is
-    /// noted, with a warning if that misses the tolerance.
+    /// The texels, the frame and the degree P of [`MapInput::map_of`]'s map.
+    pub(crate) fn shape(
+        &self,
+        reflection: &Reflection,
+        part: PartOfMaterial<'_>,
+        reporter: &Reporter,
+    ) -> Result<MapShape, Failure> {
+        let p = self.chosen_degree(reflection, part, reporter)?.p;
+        let (grid, ..) = self.grid(&reflection.cut_in_view(p), p);
+        Ok(MapShape { grid, view: self.view.unwrap_or(View::Local), p })
+    }
+
+    /// The degree P of the map of a reflection. What was chosen is noted, with a warning if that misses the
+    /// tolerance.
     fn degree(
         &self,
         reflection: &Reflection,
         part: PartOfMaterial<'_>,
-        steps: &Steps<'_>,
+        reporter: &Reporter,
     ) -> Result<Degree, Failure> {
-        let (reporter, own) = (steps.reporter(), reflection.brdf().p());
-        let bakes = self.lamps == LampsName::Baked && reflection.lamps().is_some();
-        let Some(SmallMap { degree, .. }) = self.small else { return Ok(own) };
-        // Degrees that the manifest names are kept, unless it asks for less here.
-        let is_chosen = reflection.is_for_light() || degree.accept.is_some() || degree.most_p.is_some();
-        let is_exact = own.get() == 0 && reflection.is_for_light();
-        if is_exact || !(is_chosen || bakes) {
-            return Ok(own);
-        }
-        let (share, base) = match part {
-            PartOfMaterial::All => (1.0, None),
-            PartOfMaterial::Diffuse => (shrm::degrees::DIFFUSE, None),
-            PartOfMaterial::Specular(base) => (1.0, Some(base)),
-        };
-        let terms = self.terms(reflection);
-        let asked = degree.rule(ACCEPT, terms.small_p(), terms);
-        let asked = if is_chosen { asked } else { DegreeRule { most_p: own.get(), ..asked } };
-        let rule = DegreeRule { tolerance: asked.tolerance.scaled(share), ..asked };
-        let content = MapContent { lamps: self.lamps == LampsName::Baked, base };
-        let map = reporter.until_stopped(|stop| match is_chosen {
-            true => reflection.map_degree(content, rule, stop),
-            false => reflection.baked_error(content, own, rule, stop),
-        })?;
-        if map.p < own || bakes {
+        let (own, bakes) = (reflection.brdf().p(), self.bakes(reflection));
+        let ChosenDegree { p, found } = self.chosen_degree(reflection, part, reporter)?;
+        let Some((asked, tolerance, map)) = found else { return Ok(p) };
+        if p < own || bakes {
             let lamps = if bakes { " and its lamps" } else { "" };
             reporter.note(format!(
                 "the map takes P = {}: compared with the field at P = {}{lamps}, {}",
-                map.p.get(),
+                p.get(),
                 own.get(),
-                reached(rule.tolerance, &map)
+                reached(tolerance, &map)
             ));
         }
         if !map.is_met {
@@ -199,7 +207,46 @@ impl MapInput {
             };
             reporter.warn(format!("{}{lamps}", missed(asked, &map)));
         }
-        Ok(map.p)
+        Ok(p)
+    }
+
+    /// The degree P of the map of a reflection: its own, or the least that is enough.
+    fn chosen_degree(
+        &self,
+        reflection: &Reflection,
+        part: PartOfMaterial<'_>,
+        reporter: &Reporter,
+    ) -> Result<ChosenDegree, Failure> {
+        let (own, bakes) = (reflection.brdf().p(), self.bakes(reflection));
+        let given = ChosenDegree { p: own, found: None };
+        let Some(SmallMap { degree, .. }) = self.small else { return Ok(given) };
+        // Degrees that the manifest names are kept, unless it asks for less here.
+        let is_chosen = reflection.is_for_light() || degree.accept.is_some() || degree.most_p.is_some();
+        let is_exact = own.get() == 0 && reflection.is_for_light();
+        if is_exact || !(is_chosen || bakes) {
+            return Ok(given);
+        }
+        let (share, base) = match part {
+            PartOfMaterial::All => (1.0, None),
+            PartOfMaterial::Diffuse => (shrm::degrees::DIFFUSE, None),
+            PartOfMaterial::Specular(base) => (1.0, Some(base)),
+        };
+        let terms = self.terms(reflection);
+        let asked = degree.rule(ACCEPT, terms.small_p(), terms);
+        let asked = if is_chosen { asked } else { DegreeRule { most_p: own.get(), ..asked } };
+        let tolerance = asked.tolerance.scaled(share);
+        let (rule, content) =
+            (DegreeRule { tolerance, ..asked }, MapContent { lamps: self.lamps == LampsName::Baked, base });
+        let map = reporter.until_stopped(|stop| match is_chosen {
+            true => reflection.map_degree(content, rule, stop),
+            false => reflection.baked_error(content, own, rule, stop),
+        })?;
+        Ok(ChosenDegree { p: map.p, found: Some((asked, tolerance, map)) })
+    }
+
+    /// Whether lamps that are beside a reflection are to be in its map.
+    fn bakes(&self, reflection: &Reflection) -> bool {
+        self.lamps == LampsName::Baked && reflection.lamps().is_some()
     }
 
     /// The texels to synthesise, a note on the error of look-ups, and a warning if it misses the tolerance.

@@ -3,7 +3,7 @@
 //! ```toml
 //! [stage.report]
 //! kind = "report"
-//! inputs = { environment = "environment", material = "material", reflection = "reflection", taps = "compact" }
+//! inputs = { environment = "environment", material = "material", reflection = "reflection", shrm = "shrm" }
 //! path = "report"
 //! ```
 //!
@@ -42,9 +42,9 @@
 //! Advised is the smallest export that is good under every environment. If there is none, it is the one whose
 //! error under its worst environment is the least, and the page names that environment and the errors there.
 //!
-//! Where no export is good, or the cut at given degrees shows, the report measures what might help: leaving
-//! out given degrees, twice the resolution, and the highest degrees. It names what was good, or says what
-//! all of it reached.
+//! Where no export is good, or the cut at given degrees shows, the report measures SHRMs that might help:
+//! without given degrees, of a higher P (`accept` and `most-p` of `export-shrm`), of twice the resolution,
+//! and of the highest degrees. It names what was good, or says what all of it reached.
 //!
 //! In light with suns or lamps an SHRM has two forms: with all light in the map, and with `lamps =
 //! "separate"`, where the file lists them as lights. The second is smaller and more exact, and is advised
@@ -52,7 +52,7 @@
 //! others.
 //!
 //! A material with a matte base under a highlight also has a plain map of each part, the way engines look
-//! them up: see Parts in `project-brdf`.
+//! them up: see Two maps in `export-reflection-map`.
 //!
 //! ## The trade
 //!
@@ -64,6 +64,7 @@
 //! the lobe that is seen head on blurs it, times the directional albedo toward the view.
 //!
 //! Bytes are those of the exports at `resolution`; taps and components have that of their kinds by default.
+//! An SHRM is one map here, also of a material with two parts.
 //! Taps and the split sum need their bytes once for an environment, the others once for each pair. A bilinear
 //! look-up counts once for each layer or level: 2 for each tap, (P + 1)^2 for an SHRM, or P + 1 if nothing
 //! changes around the central direction. Small tables that stay in the cache are not counted.
@@ -108,18 +109,24 @@
 //! ## What is compared
 //!
 //! Connect the stages that export the maps, so that sizes are those of your files: `taps` to an
-//! `export-taps`, `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names. The report
-//! then runs after them, and again if a size changes. What is not connected has the size of half floats at
-//! `resolution`, marked with ~. So has an SHRM, always: the report measures it at the degree of the
-//! reflection, and the file of `export-shrm` has a lower one by default.
+//! `export-taps`, `reflection-map`, `kautz-mccool` and `cabral` to the exports of these names, `shrm` to an
+//! `export-shrm`, and `shrm-separate` to a second one that has the other word for `lamps`. The report then
+//! runs after them, and again if a size or a parameter changes. What is not connected has the size of half
+//! floats at `resolution`, marked with ~.
+//!
+//! An SHRM is measured as its file holds it: with the parameters of the connected stage, which say the degree
+//! P, the layout and the resolution. One that is not connected is a cube of `resolution` in KTX2, with the
+//! defaults of `export-shrm` for P: the least that its `accept` takes, unless `project-brdf` names degrees.
+//!
+//! Of a material with a matte base under a highlight, SHRM, Kautz-McCool and Cabral are maps of each part,
+//! whose light and sizes add up, unless the connected stage has `parts = "together"`. Two files of a stage at
+//! `reflection-map` are those of the plain map of each part.
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
 //! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
 //! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
 //! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`, with the lamps in
 //! the series, as `lamps = "series"` of `project-sh` leaves them. Set `resolution` to that of your exports.
-//! An SHRM has the degree P of the reflection, and 16 with lamps in it; `export-shrm` takes fewer unless its
-//! `accept` and `most-p` ask for more.
 //!
 //! ## Files
 //!
@@ -128,6 +135,8 @@
 
 mod advice;
 mod cuts;
+mod explicit_maps;
+mod exported;
 mod figures;
 mod lit;
 mod log_chart;
@@ -140,7 +149,9 @@ mod rig_pictures;
 mod rigs;
 mod rigs_section;
 mod sampling_section;
+mod shrm_maps;
 mod sphere;
+mod studied;
 mod study;
 mod summary_section;
 mod tables;
@@ -156,7 +167,7 @@ use std::sync::Arc;
 
 use brdf::{Centre, Choice};
 use engine::{
-    Context, ExportedFiles, Failure, Inputs, ItemKey, Kind, Output, Port, Product, Reporter, Steps, choice,
+    Context, ExportedFiles, Failure, ItemKey, Kind, Output, Port, Product, Reporter, Steps, choice,
     parameters,
 };
 use serde_json::value::RawValue;
@@ -166,12 +177,12 @@ use shrm::Reflection;
 use crate::light::light_mismatch;
 use crate::material::DegreePair;
 use crate::values::{SHARE, artifacts, percent};
-use figures::{
-    FileSizes, Follows, Limits, MaterialFigures, Method, NOTED, NoisePair, PairFigures, Report, Settings,
-};
+use exported::{Exported, Unnamed, names};
+use figures::{Follows, Limits, MaterialFigures, Method, NOTED, NoisePair, PairFigures, Report, Settings};
 use lit::Lit;
 use page::PagePictures;
-use study::{Studied, StudiedReflection};
+use studied::{Studied, reflection_of};
+use study::StudiedReflection;
 use trade::{TradePair, Traded};
 
 choice! {
@@ -242,7 +253,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 6;
+    const REVISION: u32 = 7;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -444,9 +455,11 @@ impl Reflections {
         reporter: &Reporter,
     ) -> Result<Reflection, Failure> {
         if self.all.is_empty() {
-            return study::reflection(lit, material, self.choice, reporter);
+            return reflection_of(lit, material, self.choice, reporter);
         }
-        let found = self.all.iter().find(|(key, _)| holds(key, environment) && holds(key, material_key));
+        let found = self.all.iter().find(|(key, _)| {
+            [environment, material_key].into_iter().all(|part| names(key, part, Unnamed::Misses))
+        });
         let Some((_, reflection)) = found else {
             let (material, environment) = (&material.name, &lit.name);
             return Err(Failure::new(format!(
@@ -465,41 +478,6 @@ impl Reflections {
         }
         Ok(reflection.0.clone())
     }
-}
-
-/// The sizes of the files that connected stages export, by method and item.
-struct Exported(Vec<(Method, ItemKey, Arc<ExportedFiles>)>);
-
-impl Exported {
-    fn of(inputs: &Inputs) -> Result<Self, Failure> {
-        let mut all = Vec::new();
-        for method in Method::ALL {
-            for (key, files) in method.port().map_or(Ok(Vec::new()), |port| inputs.many(port))? {
-                all.push((method, key, files));
-            }
-        }
-        Ok(Self(all))
-    }
-
-    /// The sizes of the files of a pair.
-    fn files(&self, environment: &ItemKey, material: &ItemKey) -> FileSizes {
-        let mut sizes = FileSizes::default();
-        let own = |(_, key, _): &&(Method, ItemKey, _)| agree(key, environment) && agree(key, material);
-        for (method, _, files) in self.0.iter().filter(own) {
-            *sizes[*method as usize].get_or_insert(0) += files.total();
-        }
-        sizes
-    }
-}
-
-/// Whether two keys name the same item of each stage that both name.
-fn agree(one: &ItemKey, other: &ItemKey) -> bool {
-    other.iter().all(|(stage, stem)| one.get(stage).is_none_or(|own| own == stem))
-}
-
-/// Whether a key names everything that another one does.
-fn holds(key: &ItemKey, part: &ItemKey) -> bool {
-    part.iter().all(|(stage, stem)| key.get(stage) == Some(stem))
 }
 
 /// An item's name on the page: the stems of its key.

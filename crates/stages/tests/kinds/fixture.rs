@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use engine::{
-    Artifact, Cancel, Configured, Context, Diagnostic, Digest, Failure, Files, Handle, ItemKey, Kinds,
-    Output, Product, Read, Table,
+    Artifact, Cancel, Configured, Context, Diagnostic, Digest, ExportedFiles, Failure, Files, Handle,
+    ItemKey, Kinds, Output, Product, Read, Table,
 };
 use sh::{Degree, Stop, Transform};
 use sphere::{DVec3, LatLong};
@@ -181,6 +181,16 @@ impl Case {
         let ran = self.run_whole().unwrap_or_else(|failure| panic!("{}: {failure}", self.kind));
         let Output::Files(files) = ran.output else { panic!("{} makes no files", self.kind) };
         endings.into_iter().zip(files).filter(|(_, file)| file.is_some()).map(|(ending, _)| ending).collect()
+    }
+
+    /// What a stage that is connected to it learns of its files, and the files.
+    pub(crate) fn exported(&self) -> (ExportedFiles, Vec<Vec<u8>>) {
+        let ran = self.run_whole().unwrap_or_else(|failure| panic!("{}: {failure}", self.kind));
+        let Output::Files(files) = ran.output else { panic!("{} makes no files", self.kind) };
+        let bytes = files.iter().map(|file| file.as_ref().map_or(0, |file| file.len() as u64)).collect();
+        let parameters = self.configure().unwrap().canonical();
+        let exported = ExportedFiles { kind: self.kind.into(), parameters, bytes };
+        (exported, files.into_iter().flatten().collect())
     }
 
     fn run_whole(&self) -> Result<Ran, Failure> {

@@ -41,6 +41,7 @@ mod reference;
 mod reflect;
 mod relighting;
 mod report;
+mod report_shrm;
 mod report_trade;
 mod revisions;
 mod rotate;

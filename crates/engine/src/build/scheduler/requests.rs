@@ -39,7 +39,7 @@ impl<'a> Scheduler<'a, '_> {
             let handles = inputs.iter().filter_map(|input| {
                 let handle = match plan.stages[plan.items[*input].stage].product {
                     Product::Artifact(_) => Arc::clone(self.items[*input].handle.as_ref()?),
-                    Product::Files(_) => self.context.sizes(self.outputs(*input)),
+                    Product::Files(_) => self.context.exported_files(*input, self.outputs(*input)),
                 };
                 Some((plan.items[*input].key.clone(), handle))
             });

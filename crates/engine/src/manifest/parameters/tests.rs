@@ -84,6 +84,21 @@ fn parse(text: &str) -> Result<Everything, Diagnostics> {
     parsed.ok_or_else(|| Diagnostics::new("x.toml", text, errors))
 }
 
+#[test]
+fn canonical_json_is_read_back() {
+    let given = "count = 0\nexposure = -1\nmirrored = true\nlayer-name = \"a\"\nweights = [3, 0.5]\nfilter = \"lanczos\"\n\
+                 samples = 64\nshare = 0.5\nedges = \"lanczos\"\nscale = 1e300";
+    for text in ["count = 3", given] {
+        let parsed = parse(text).unwrap();
+        assert_eq!(Everything::from_canonical(&parsed.canonical()), Some(parsed), "{text}");
+    }
+    let whole = Whole { width: 5, shared: Shared { depth: 3, name: "n".into() } };
+    assert_eq!(Whole::from_canonical(&whole.canonical()), Some(whole));
+    for other in [json!(3), json!({}), json!({ "count": 3, "size": 1 }), json!({ "count": -1 })] {
+        assert_eq!(Everything::from_canonical(&other), None, "{other}");
+    }
+}
+
 fn check(text: &str, expected: Expect) {
     expected.assert_eq(&shown(&parse(text).unwrap_err()));
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use engine::{Artifact, ItemIndex, Plan};
-use preview::MapSizes;
 use sphere::Rotation;
 
 use super::light_alone::{LightAlone, exported_light};
@@ -41,20 +40,11 @@ impl Connections {
         let mut ancestry = origin.ancestry;
         ancestry.sort_unstable();
         Some(CatalogEntry {
-            reflection: None,
-            table: None,
-            compact_map: None,
             light_alone: Some(LightAlone { export }),
-            environment,
-            added: Vec::new(),
-            lighting: None,
-            material: None,
-            turn: Rotation::IDENTITY,
-            sizes: MapSizes::default(),
-            holds_lamps: false,
             exports: export.map_or_else(|| self.exports(plan, environment), |item| vec![item]),
             maps: ancestry.iter().copied().filter(|item| !source.ancestry.contains(item)).collect(),
             ancestry,
+            ..CatalogEntry::of_light(environment)
         })
     }
 }

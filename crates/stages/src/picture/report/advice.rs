@@ -199,6 +199,9 @@ fn changed(change: &Change) -> String {
     if let Some([f, p]) = change.degree {
         settings.push(format!("degree = [{f}, {p}] in project-brdf"));
     }
+    if let (Some([p95, p99]), Some(most_p)) = (change.accept, change.most_p) {
+        settings.push(format!("accept = [{p95}, {p99}], most-p = {most_p} in export-shrm"));
+    }
     if let Some(resolution) = change.resolution {
         settings.push(format!("resolution = {resolution}"));
     }
@@ -257,7 +260,7 @@ mod tests {
 
     fn export(method: Method, p95: f64, bytes: u64) -> Export {
         let errors = Errors { rms: p95, p95, p99: 2.0 * p95, ..Errors::default() };
-        Export { method, errors, f: 30, p: 8, bytes, file: None, texture: String::new(), one_of: 1 }
+        Export { method, errors, f: 30, p: 8, bytes, file: None, texture: String::new(), maps: 1, one_of: 1 }
     }
 
     /// A plain map, a texture, Cabral, an SHRM and, if it is given, one with lights.
@@ -288,8 +291,10 @@ mod tests {
         Trial { change, export: export(method, p95, 240) }
     }
 
-    const FINER: Change = Change { no_degree: false, degree: None, resolution: Some(64) };
-    const NO_DEGREE: Change = Change { no_degree: true, degree: None, resolution: None };
+    const NONE: Change =
+        Change { no_degree: false, degree: None, resolution: None, accept: None, most_p: None };
+    const FINER: Change = Change { resolution: Some(64), ..NONE };
+    const NO_DEGREE: Change = Change { no_degree: true, ..NONE };
 
     #[test]
     fn the_smallest_export_that_is_good_is_advised() {

@@ -440,8 +440,8 @@ impl Method {
         matches!(self, Self::Taps | Self::ShrmSeparate)
     }
 
-    /// The port to which the stage that writes the export can be connected. The maps of parts come from two
-    /// stages, and have none; nor has an SHRM, because its file holds a lower degree P than is measured here.
+    /// The port to which the stage that writes the export can be connected. That of the plain map writes the
+    /// maps of parts, too.
     pub(crate) fn port(self) -> Option<&'static str> {
         match self {
             Self::Taps => Some("taps"),
@@ -449,7 +449,8 @@ impl Method {
             Self::PartMaps => None,
             Self::KautzMccool => Some("kautz-mccool"),
             Self::Cabral => Some("cabral"),
-            Self::Shrm | Self::ShrmSeparate => None,
+            Self::Shrm => Some("shrm"),
+            Self::ShrmSeparate => Some("shrm-separate"),
         }
     }
 
@@ -458,7 +459,7 @@ impl Method {
         match self {
             Self::Taps => "export-taps",
             Self::ReflectionMap => "export-reflection-map",
-            Self::PartMaps => "export-reflection-map after project-brdf, part = \"diffuse\" and \"specular\"",
+            Self::PartMaps => "export-reflection-map, parts = \"separate\"",
             Self::KautzMccool => "export-kautz-mccool",
             Self::Cabral => "export-cabral",
             Self::Shrm => "export-shrm",
@@ -475,7 +476,8 @@ pub(crate) struct Export {
     pub(crate) errors: Errors,
     /// The degree in the central direction.
     pub(crate) f: usize,
-    /// The degree in the view that the file holds, or that its views were made from.
+    /// The degree in the view that the file holds, or that its views were made from; of an SHRM of each part
+    /// that of the highlight.
     pub(crate) p: usize,
     /// The bytes of the export's texels as RGBA half floats, and of its lights.
     pub(crate) bytes: u64,
@@ -484,6 +486,8 @@ pub(crate) struct Export {
     pub(crate) file: Option<u64>,
     /// The textures that the bytes are made of.
     pub(crate) texture: String,
+    /// The number of maps that a renderer adds: 2 of a material with two parts, unless one map holds both.
+    pub(crate) maps: usize,
     /// The number of the picture's pixels of which one was measured: 1, 2, 4, 8, ...
     pub(crate) one_of: usize,
 }
@@ -521,6 +525,9 @@ pub(crate) struct Change {
     pub(crate) degree: Option<[usize; 2]>,
     /// The edge of a face.
     pub(crate) resolution: Option<usize>,
+    /// The errors in stops that `export-shrm` accepts, and the highest P that it tries.
+    pub(crate) accept: Option<[f64; 2]>,
+    pub(crate) most_p: Option<usize>,
 }
 
 /// The advised export.

@@ -3,8 +3,8 @@
 
 use engine::Failure;
 use rayon::prelude::*;
-use sh::{Expansion, Light, synthesise_cube, zonal_into};
-use shrm::{Lamps, MapGrid, MapViews, MeanLight, MeanLobe, Shrm, icosahedron};
+use sh::{Expansion, synthesise_cube, zonal_into};
+use shrm::{Lamps, MapGrid, MapViews, MeanLight, Reflection, Shrm, icosahedron};
 use sphere::{Cube, Direction};
 
 use crate::picture::report::sphere::Sphere;
@@ -16,18 +16,22 @@ pub(crate) struct Reader<'a> {
     pub(crate) least: f32,
 }
 
-impl Reader<'_> {
-    /// A plain map: its series, and the lights beside it with what reflects them.
+impl<'a> Reader<'a> {
+    /// The readers of a reflection's maps.
+    pub(crate) fn of(central: &'a [Direction], reflection: &Reflection) -> Self {
+        Self { central, least: if reflection.is_for_light() { 0.0 } else { f32::MIN } }
+    }
+
+    /// A plain map: its series, and what the material reflects of the lights beside it.
     pub(crate) fn plain(
         &self,
         series: &Expansion,
-        lights: Option<(&MeanLobe, &[Light])>,
+        light: Option<&MeanLight>,
         cube: Cube,
     ) -> Result<Vec<[f32; 3]>, Failure> {
         let (grid, soft): (_, Vec<[f32; 3]>) = (MapGrid::Cube(cube), synthesise_cube(series, cube)?);
-        let light = lights.map(|(lobe, lights)| lobe.of(lights));
         let texel = |texel: usize| {
-            let lit = light.as_ref().map_or([0.0; 3], |light| light.radiance(grid.direction(texel)));
+            let lit = light.map_or([0.0; 3], |light| light.radiance(grid.direction(texel)));
             let value: [f32; 3] = std::array::from_fn(|channel| soft[texel][channel] + lit[channel] as f32);
             value.map(|value| value.max(self.least))
         };
@@ -54,28 +58,26 @@ impl Reader<'_> {
         )
     }
 
-    /// The 3D texture of a local map of zonal terms without lamps, with these slices; `rings` are
-    /// the lamps' lobes at them.
+    /// The 3D texture of a local map of zonal terms without lamps, with these slices; `rings` are what the
+    /// material reflects of the lamps at each of them.
     pub(crate) fn kautz_mccool(
         &self,
         zonal: &Shrm,
         slices: &MapViews,
-        lights: Option<(&[MeanLobe], &[Light])>,
+        rings: Option<&[MeanLight]>,
     ) -> Vec<[f32; 3]> {
         let (grid, rows, angles) = (zonal.grid(), zonal.p().get() + 1, slices.angles());
         let mut harmonics = vec![0.0; angles.len() * rows];
         for (angle, row) in angles.iter().zip(harmonics.chunks_exact_mut(rows)) {
             zonal_into(math::cos(*angle), row);
         }
-        let rings: Option<Vec<MeanLight>> =
-            lights.map(|(lobes, lights)| lobes.iter().map(|lobe| lobe.of(lights)).collect());
         let value = |slice: usize, texel: usize| {
             let mut sum = [0.0; 3];
             for (value, y) in zonal.texel(texel).iter().zip(&harmonics[slice * rows..]) {
                 (0..3).for_each(|channel| sum[channel] += f64::from(value[channel]) * y);
             }
             let soft = sum.map(|value| value as f32);
-            let value: [f32; 3] = match &rings {
+            let value: [f32; 3] = match rings {
                 Some(rings) => {
                     let lit = rings[slice].radiance(grid.direction(texel));
                     std::array::from_fn(|channel| soft[channel].max(0.0) + lit[channel] as f32)
@@ -87,22 +89,9 @@ impl Reader<'_> {
         self.look(|| (), |(), central| slices.interpolated(grid, central, Sphere::view(), value))
     }
 
-    /// A spherical harmonic reflection map, and lamps beside it.
-    pub(crate) fn shrm(&self, map: &Shrm, beside: Option<&Lamps>) -> Vec<[f32; 3]> {
-        let (view, beside) = (Sphere::view(), beside.map(Lamps::for_views));
-        self.look(
-            || map.lookup(),
-            |lookup, central| {
-                let soft = lookup.radiance(central, view);
-                match &beside {
-                    Some(lamps) => {
-                        let lit = lamps.radiance(central, view);
-                        std::array::from_fn(|channel| soft[channel] + lit[channel] as f32)
-                    }
-                    None => soft,
-                }
-            },
-        )
+    /// A spherical harmonic reflection map.
+    pub(crate) fn shrm(&self, map: &Shrm) -> Vec<[f32; 3]> {
+        self.look(|| map.lookup(), |lookup, central| lookup.radiance(central, Sphere::view()))
     }
 
     /// Looks up the light that each pixel sees.
@@ -115,17 +104,30 @@ impl Reader<'_> {
     }
 }
 
+/// The radiance of lamps alone for look-ups at these central directions.
+pub(crate) fn lamps_seen(central: &[Direction], lamps: &Lamps) -> Vec<[f64; 3]> {
+    let (lamps, view) = (lamps.for_views(), Sphere::view());
+    central.par_iter().map(|central| lamps.radiance(*central, view)).collect()
+}
+
+/// Adds the light of lamps to what a map gives.
+pub(crate) fn add(values: &mut [[f32; 3]], lamps: &[[f64; 3]]) {
+    for (value, lamps) in values.iter_mut().zip(lamps) {
+        (0..3).for_each(|channel| value[channel] += lamps[channel] as f32);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use brdf::{Choice, Fresnel, Ggx, KajiyaKay, Material, project};
     use engine::Reporter;
-    use sh::{Degree, Lighting, Stop};
-    use shrm::{Plain, Reflection, View, ViewSet};
+    use sh::{Degree, Light, Lighting, Stop};
+    use shrm::{MeanLobe, Plain, View, ViewSet};
     use sphere::LatLong;
 
     use super::*;
     use crate::map::texels;
-    use crate::picture::report::study::zonal;
+    use crate::picture::report::explicit_maps::zonal;
 
     fn lighting() -> Lighting {
         let degree = Degree::new(6).unwrap();
@@ -178,17 +180,17 @@ mod tests {
             let zonal = zonal(&reflection, LatLong::with_rows(14), &Reporter::default()).unwrap();
             let texture = finished(&zonal, &angles);
             let expected: Vec<_> = central.iter().map(|central| texture.radiance(*central, view)).collect();
-            let rings: Option<Vec<MeanLobe>> = lamps
-                .map(|lamps| angles.angles().iter().map(|a| MeanLobe::ring(&lamps.material, *a)).collect());
-            let lights = rings.as_deref().zip(lamps.map(|lamps| &lamps.lights[..]));
-            assert_eq!(reader.kautz_mccool(&zonal, &angles, lights), expected);
+            let ring = |angle: &f64, lamps: &Lamps| MeanLobe::ring(&lamps.material, *angle).of(&lamps.lights);
+            let rings: Option<Vec<MeanLight>> =
+                lamps.map(|lamps| angles.angles().iter().map(|angle| ring(angle, lamps)).collect());
+            assert_eq!(reader.kautz_mccool(&zonal, &angles, rings.as_deref()), expected);
 
             let texels = texels(&reflection, Plain::Mean, grid).unwrap();
             let look = |central: &Direction| grid.taps(*central).blend(&texels).map(|value| value as f32);
             let expected: Vec<_> = central.iter().map(look).collect();
-            let lobe = lamps.map(|lamps| MeanLobe::plain(&lamps.material, Plain::Mean));
-            let lights = lobe.as_ref().zip(lamps.map(|lamps| &lamps.lights[..]));
-            assert_eq!(reader.plain(&reflection.plain(Plain::Mean), lights, cube).unwrap(), expected);
+            let light = lamps.map(|lamps| MeanLobe::plain(&lamps.material, Plain::Mean).of(&lamps.lights));
+            let found = reader.plain(&reflection.plain(Plain::Mean), light.as_ref(), cube).unwrap();
+            assert_eq!(found, expected);
         }
     }
 }

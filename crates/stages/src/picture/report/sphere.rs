@@ -41,6 +41,11 @@ impl Lattice {
         Self { halvings: (pixels / FIRST_LATTICE).max(1).ilog2() }
     }
 
+    /// Returns the coarser of two lattices.
+    pub(crate) fn coarser(self, other: Self) -> Self {
+        Self { halvings: self.halvings.max(other.halvings) }
+    }
+
     /// Returns the lattice with twice as many pixels; `None` if this is the whole picture.
     pub(crate) fn finer(self) -> Option<Self> {
         Some(Self { halvings: self.halvings.checked_sub(1)? })

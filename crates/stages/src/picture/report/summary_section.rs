@@ -26,8 +26,8 @@ pub(crate) fn section(page: &mut Markup, title: &str, report: &Report) {
     page.put(format_args!(
         "</ul>\n<details><summary>How this was found</summary><p>Each export was compared with the ground truth on a \
          sphere. It is good if 95 % of the samples are within {:.2} stops of the truth and 99 % within {:.2}; advised is \
-         the smallest one that is good. Sizes are those of the files that the pipeline writes; one with ~ is that of RGBA half floats with cube faces of \
-         {n} × {n}, for an SHRM and for an export that is not connected.</p></details>\n",
+         the smallest one that is good. Sizes are those of the files that the pipeline writes; one with ~ is that of RGBA \
+         half floats with cube faces of {n} × {n}, for an export that is not connected.</p></details>\n",
         limits.p95,
         limits.p99,
         n = settings.resolution
@@ -156,6 +156,7 @@ mod tests {
             bytes: 900_000,
             file: Some(812_345),
             texture: String::new(),
+            maps: 1,
             one_of: 1,
         };
         PairFigures {

@@ -15,9 +15,11 @@ use taps::AnyTable;
 use crate::map::COMPONENT_EDGE;
 use crate::picture::report::figures::{Export, Method, Settings, Technique, Trade, TradePoint, TradeSeries};
 use crate::picture::report::lit::Lit;
-use crate::picture::report::readers::Reader;
+use crate::picture::report::readers::{Reader, add, lamps_seen};
+use crate::picture::report::shrm_maps::SeenPixels;
 use crate::picture::report::sphere::{Lattice, Sphere};
-use crate::picture::report::study::{Studied, StudyScene};
+use crate::picture::report::studied::Studied;
+use crate::picture::report::study::StudyScene;
 use crate::picture::report::taps_on_sphere::{LIGHT_BYTES, beside_taps, compact_bytes, shown_by_taps};
 use crate::picture::report::trade_advice;
 use crate::values::UntilStopped;
@@ -124,7 +126,7 @@ impl TradePair<'_> {
     pub(crate) fn measure(&self) -> Result<Trade, Failure> {
         let mut series = Vec::new();
         for (method, technique, fetches) in
-            [(Method::ReflectionMap, Technique::ReflectionMap, 1), (Method::PartMaps, Technique::PartMaps, 2)]
+            [(Method::ReflectionMap, Technique::ReflectionMap, 1), (Method::PartMaps, Technique::PartMaps, 1)]
         {
             series.extend(self.exported(method, technique, fetches));
         }
@@ -135,7 +137,7 @@ impl TradePair<'_> {
         {
             series.extend(self.exported(method, technique, fetches));
         }
-        let lamps = self.reflection.lamps().map(|lamps| self.scene.lamps(lamps));
+        let lamps = self.reflection.lamps().map(|lamps| lamps_seen(&self.scene.central, lamps));
         series.extend(self.harmonics(lamps.as_deref())?);
         series.extend(self.components(lamps.as_deref())?);
         series.extend(self.taps()?);
@@ -146,7 +148,7 @@ impl TradePair<'_> {
     /// An export of one degree, as it was measured.
     fn exported(&self, method: Method, technique: Technique, fetches: usize) -> Option<TradeSeries> {
         let export = self.export(method)?;
-        Some(TradeSeries { technique, lights: 0, points: vec![of_export(export, None, fetches)] })
+        Some(TradeSeries { technique, lights: 0, points: vec![of_export(export, export.maps * fetches)] })
     }
 
     fn export(&self, method: Method) -> Option<&Export> {
@@ -190,7 +192,7 @@ impl TradePair<'_> {
             let central = scene.sphere.central(part.centre);
             let reader = Reader { central: &central, least: 0.0 };
             let field = part.lobe.reflect(series, self.reflection.brdf().f());
-            let seen = reader.plain(&field, Some((&part.lobe, lights)), Cube { edge })?;
+            let seen = reader.plain(&field, Some(&part.lobe.of(lights)), Cube { edge })?;
             for ((value, seen), normal) in values.iter_mut().zip(seen).zip(&normals) {
                 let albedo = part.albedo(normal.dot(Sphere::view()));
                 (0..3).for_each(|channel| value[channel] += seen[channel] * albedo[channel] as f32);
@@ -230,7 +232,7 @@ impl TradePair<'_> {
         for p in degrees() {
             scene.reporter.check_cancelled()?;
             let map = whole.cut(Degree::new(p)?);
-            let mut values = reader.shrm(&map, None);
+            let mut values = reader.shrm(&map);
             if let Some(beside) = beside {
                 add(&mut values, beside);
             }
@@ -243,13 +245,9 @@ impl TradePair<'_> {
         let separate = TradeSeries { technique: Technique::ShrmSeparate, lights, points };
         let mut points = Vec::new();
         for p in degrees() {
-            let export = self.export(Method::Shrm).filter(|export| export.p == p);
-            if let Some(export) = export {
-                points.push(of_export(export, Some(p), whole.cut(Degree::new(p)?).rows()));
-                continue;
-            }
-            let (map, lattice) = scene.baked(reflection, self.soft, p, FITTED)?;
-            let values = reader.shrm(&map, None);
+            let pixels = SeenPixels { sphere: &scene.sphere, central: &scene.central };
+            let (map, lattice) = pixels.fitted(reflection, self.soft, p, FITTED, scene.reporter)?;
+            let values = reader.shrm(&map);
             let bytes = HALVES * map.rows() * map.grid().len();
             points.push(self.point_on(lattice, &values, p, bytes, map.rows()));
         }
@@ -323,14 +321,7 @@ impl TradePair<'_> {
     }
 }
 
-/// An export as a point of a series.
-fn of_export(export: &Export, degree: Option<usize>, fetches: usize) -> TradePoint {
-    TradePoint { degree, errors: export.errors, bytes: export.bytes, fetches, one_of: export.one_of }
-}
-
-/// Adds the light of lamps to what a map gives.
-fn add(values: &mut [[f32; 3]], lamps: &[[f64; 3]]) {
-    for (value, lamps) in values.iter_mut().zip(lamps) {
-        (0..3).for_each(|channel| value[channel] += lamps[channel] as f32);
-    }
+/// An export of one degree as a point of a series.
+fn of_export(export: &Export, fetches: usize) -> TradePoint {
+    TradePoint { degree: None, errors: export.errors, bytes: export.bytes, fetches, one_of: export.one_of }
 }
