@@ -8,6 +8,7 @@
 
 pub mod angles;
 pub mod background;
+pub mod base_color;
 pub mod brute_force;
 pub mod cabral;
 pub mod cube;
@@ -37,5 +38,6 @@ pub mod shadows;
 pub mod surface;
 pub mod table;
 pub mod taps;
+pub mod texture;
 #[cfg(test)]
 pub(crate) mod testkit;

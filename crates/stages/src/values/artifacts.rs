@@ -5,7 +5,7 @@
 //! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
 //! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
 //! | `light-field` | [`transfer::LightField`] | safetensors: `points` [P, 3], `sh` [P, (F+1)^2, 3] f64 |
-//! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
+//! | `material` | [`brdf::Material`], [`brdf::BaseColorTexture`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32, and with a texture `base_color` [height, width, 3] u8 |
 //! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64, and that of its parts; the material as above |
 //! | `brdf-table` | [`brdf::BrdfTable`] | safetensors: `c` [Q, N, N, (F+1)^2, channels] f32 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
@@ -19,6 +19,8 @@
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] and, with materials, `ranges` [R, 2] u32 |
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
+
+use std::sync::Arc;
 
 use containers::tensors;
 use engine::{Artifact, Failure};
@@ -71,19 +73,28 @@ impl Artifact for LightField {
     }
 }
 
-/// A reflection model and its parameters, a measured table, or several of them.
+/// A reflection model and its parameters, a measured table, or several of them; and the picture of its base
+/// colour, if it has one, which only previews show.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Material(pub brdf::Material);
+pub struct Material(pub brdf::Material, pub Option<Arc<brdf::BaseColorTexture>>);
+
+impl From<brdf::Material> for Material {
+    /// A material without a texture.
+    fn from(material: brdf::Material) -> Self {
+        Self(material, None)
+    }
+}
 
 impl Artifact for Material {
     const TYPE: &'static str = "material";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_material(&self.0, None)?)
+        Ok(tensors::encode_textured_material(&self.0, self.1.as_deref(), None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        Ok(Self(tensors::decode_material(bytes)?))
+        let (material, base_color) = tensors::decode_textured_material(bytes)?;
+        Ok(Self(material, base_color.map(Arc::new)))
     }
 }
 

@@ -1,0 +1,145 @@
+//! Another base colour than that of the material by which a surface was shaded.
+//!
+//! Every mode shades with one material, whose base colour c0 is the mean of its texture. From the radiance L0
+//! that it gives, the base colour c of a sample makes, channel by channel,
+//!
+//! > L = L0 (c D + S R(c) / R(c0)) / (c0 D + S),  S = max(0, L0 - c0 D)
+//!
+//! D is what a matte base of colour 1 reflects of the light of degree 2 (Ramamoorthi and Hanrahan 2001), and R
+//! what all but the matte base reflects of a uniform light ([`brdf::BaseColorResponse`]). So L is exact under a
+//! uniform light, and for a dielectric under every light of degree 2. Where more light is missing than S has,
+//! as in shadows, L is L0 c / c0. It is L0 where c is c0.
+
+use brdf::{BaseColorResponse, BaseColorTexture, ResponseNode, Standard};
+use glam::Vec3;
+use sh::Expansion;
+
+use super::surface::Surface;
+use super::texture::PackedTexture;
+
+/// The texels of [`PackedResponse::texels`] before those of nodes.
+pub const NUMBERS: usize = 13;
+
+/// The texture of a look, and how its material responds to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseColorMap {
+    /// The texture.
+    pub texture: PackedTexture,
+    /// The response of the material under the light.
+    pub response: PackedResponse,
+}
+
+/// The response of a material under a light to its base colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackedResponse {
+    /// The factors of 1, y, z, x, xy, yz, 3zz - 1, xz and xx - yy in D, without t.
+    light: [Vec3; 9],
+    base_color: Vec3,
+    dielectric: Vec3,
+    sheen: Vec3,
+    dielectric_several: Vec3,
+    metallic: f32,
+    f_90: f32,
+    whole: f32,
+    /// t, w, A, B, and the albedos of coat and white sheen, at equal steps of the cosine's root.
+    nodes: Vec<[f32; 6]>,
+}
+
+/// The factors of the polynomials in real harmonics of degree 0 to 2, row l*l + l + m.
+const HARMONICS: [f64; 9] = [
+    0.282_094_791_773_878_14,
+    0.488_602_511_902_919_9,
+    0.488_602_511_902_919_9,
+    0.488_602_511_902_919_9,
+    1.092_548_430_592_079_2,
+    1.092_548_430_592_079_2,
+    0.315_391_565_252_520_05,
+    1.092_548_430_592_079_2,
+    0.546_274_215_296_039_6,
+];
+
+impl BaseColorMap {
+    /// The texture of a material under a light with these coefficients; those that it lacks up to degree 2 are
+    /// 0.
+    pub fn new(texture: &BaseColorTexture, material: &Standard, lighting: &Expansion) -> Self {
+        let response = PackedResponse::new(&material.base_color_response(), lighting);
+        Self { texture: PackedTexture::new(texture), response }
+    }
+}
+
+impl PackedResponse {
+    fn new(response: &BaseColorResponse, lighting: &Expansion) -> Self {
+        let mut light = [Vec3::ZERO; 9];
+        for (row, (value, out)) in lighting.coefficients().iter().zip(&mut light).enumerate() {
+            let scale = HARMONICS[row] * response.matte[row.isqrt()] * (1.0 - response.metallic);
+            *out = Vec3::from_array(value.map(|value| (value * scale) as f32));
+        }
+        let rgb = |rgb: [f64; 3]| Vec3::from_array(rgb.map(|value| value as f32));
+        Self {
+            light,
+            base_color: rgb(response.base_color),
+            dielectric: rgb(response.dielectric),
+            sheen: rgb(response.sheen),
+            dielectric_several: rgb(response.dielectric_several),
+            metallic: response.metallic as f32,
+            f_90: response.f_90 as f32,
+            whole: response.whole as f32,
+            nodes: response.nodes.iter().map(|node: &ResponseNode| node.map(|value| value as f32)).collect(),
+        }
+    }
+
+    /// The numbers for shaders: [`NUMBERS`] texels, then two for each node.
+    pub fn texels(&self) -> Vec<[f32; 4]> {
+        let mut texels: Vec<[f32; 4]> = self.light.iter().map(|rgb| rgb.extend(0.0).to_array()).collect();
+        let colours = [
+            (self.base_color, self.metallic),
+            (self.dielectric, self.f_90),
+            (self.sheen, self.whole),
+            (self.dielectric_several, 0.0),
+        ];
+        texels.extend(colours.map(|(rgb, number)| rgb.extend(number).to_array()));
+        let nodes = self.nodes.iter();
+        texels.extend(nodes.flat_map(|&[t, w, a, b, coat, fibres]| [[t, w, a, b], [coat, fibres, 0.0, 0.0]]));
+        texels
+    }
+
+    /// The functions of a view at a cosine.
+    fn at(&self, cosine: f32) -> [f32; 6] {
+        let place = cosine.clamp(0.0, 1.0).sqrt() * (self.nodes.len() - 1) as f32;
+        let node = (place as usize).min(self.nodes.len() - 2);
+        let (low, high, share) = (self.nodes[node], self.nodes[node + 1], place - node as f32);
+        std::array::from_fn(|k| low[k] + (high[k] - low[k]) * share)
+    }
+
+    /// R of a base colour.
+    fn rest(&self, color: Vec3, [_, w, a, b, coat, fibres]: [f32; 6]) -> Vec3 {
+        let mix = |dielectric: Vec3, metal: Vec3| dielectric + (metal - dielectric) * self.metallic;
+        let average = color + (Vec3::ONE - color) / 21.0;
+        let several = average * average * self.whole / (Vec3::ONE - average * (1.0 - self.whole));
+        let highlight = mix(self.dielectric, color) * a + self.f_90 * b;
+        self.sheen * fibres + coat + highlight + mix(self.dielectric_several, several) * w
+    }
+}
+
+/// The radiance toward the viewer, if the base colour is `color` in place of the material's, by which it is
+/// `radiance`.
+pub fn base_color(response: &PackedResponse, color: Vec3, radiance: Vec3, surface: &Surface) -> Vec3 {
+    let of_view = response.at(surface.normal.dot(surface.view));
+    let Vec3 { x, y, z } = surface.normal;
+    let polynomials = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
+    let light = response.light.iter().zip(polynomials).fold(Vec3::ZERO, |sum, (rgb, p)| sum + *rgb * p);
+    let matte = light.max(Vec3::ZERO) * of_view[0];
+    let [of_mean, of_color] = [response.base_color, color].map(|color| response.rest(color, of_view));
+    let channel = |k: usize| {
+        let base = response.base_color[k] * matte[k];
+        let rest = (radiance[k] - base).max(0.0);
+        let whole = base + rest;
+        if whole > 0.0 {
+            let ratio = if of_mean[k] > 0.0 { of_color[k] / of_mean[k] } else { 1.0 };
+            radiance[k] * ((color[k] * matte[k] + rest * ratio) / whole)
+        } else {
+            radiance[k]
+        }
+    };
+    Vec3::new(channel(0), channel(1), channel(2))
+}
