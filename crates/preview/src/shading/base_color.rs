@@ -143,3 +143,108 @@ pub fn base_color(response: &PackedResponse, color: Vec3, radiance: Vec3, surfac
     };
     Vec3::new(channel(0), channel(1), channel(2))
 }
+
+#[cfg(test)]
+mod tests {
+    use brdf::{Material, StandardParameters, albedo};
+    use sh::Degree;
+    use sphere::Direction;
+
+    use super::*;
+
+    fn constant() -> Expansion {
+        let radiance = (4.0 * std::f64::consts::PI).sqrt();
+        Expansion::from_coefficients(Degree::ZERO, vec![[radiance; 3]]).unwrap()
+    }
+
+    fn surface(cosine: f64) -> Surface {
+        let ray = -Direction::from_angles(cosine.acos(), 0.4).vector().as_vec3();
+        Surface::new(Vec3::Z, Vec3::X, ray, true)
+    }
+
+    /// The oracle is the albedo of the material with the other base colour, integrated from its formula. The
+    /// tolerance is that of its tables.
+    #[test]
+    fn another_base_colour_is_exact_under_a_uniform_light() {
+        let coated = StandardParameters {
+            clearcoat: 0.7,
+            sheen: [0.3, 0.1, 0.2],
+            specular_color: [1.0, 0.5, 0.2],
+            ..StandardParameters::default()
+        };
+        for metallic in [0.0, 0.5, 1.0] {
+            for roughness in [0.2, 0.6, 1.0] {
+                let with = |base_color: [f64; 3]| {
+                    let parameters = StandardParameters { base_color, metallic, roughness, ..coated };
+                    Standard::new(parameters).unwrap()
+                };
+                let of_mean = with([0.5, 0.2, 0.8]);
+                let response = PackedResponse::new(&of_mean.base_color_response(), &constant());
+                for color in [[0.0; 3], [0.9, 0.4, 0.1], [1.0; 3]] {
+                    for cosine in [0.2_f64, 0.5, 0.9] {
+                        let view = Direction::from_angles(cosine.acos(), 0.4);
+                        let of = |standard: &Standard| albedo(&Material::Standard(standard.clone()), view);
+                        let radiance = Vec3::from_array(of(&of_mean).map(|value| value as f32));
+                        let rgb = Vec3::from_array(color.map(|value| value as f32));
+                        let found = base_color(&response, rgb, radiance, &surface(cosine));
+                        for (channel, expected) in of(&with(color)).into_iter().enumerate() {
+                            let error = (f64::from(found[channel]) - expected).abs();
+                            assert!(error < 6e-3, "{metallic} {roughness} {color:?} {cosine}: {found} {expected}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Of a light of degree 2, a dielectric reflects with another base colour what its formula integrates to.
+    #[test]
+    fn a_dielectric_is_exact_under_a_light_of_degree_2() {
+        let rows = (0..9).map(|row| [2.0, 0.3, -0.2, 0.5, 0.1, 0.4, -0.3, 0.2, 0.25][row]);
+        let lighting = Expansion::from_coefficients(Degree::new(2).unwrap(), rows.map(|value| [value; 3]).collect());
+        let lighting = lighting.unwrap();
+        let with = |base_color: f64| {
+            let parameters = StandardParameters { base_color: [base_color; 3], ..StandardParameters::default() };
+            Standard::new(parameters).unwrap()
+        };
+        let view = Direction::from_angles(0.8, 0.4);
+        let radiance = |standard: &Standard| {
+            let material = Material::Standard(standard.clone());
+            let (rows, columns) = (400, 400);
+            let mut sum = 0.0;
+            for cell in 0..rows * columns {
+                let cosine = (f64::from(cell / columns) + 0.5) / f64::from(rows);
+                let phi = std::f64::consts::TAU * (f64::from(cell % columns) + 0.5) / f64::from(columns);
+                let light = Direction::from_angles(cosine.acos(), phi);
+                sum += material.rho_hat(light, view)[0] * lighting.evaluate(light)[0];
+            }
+            sum * std::f64::consts::TAU / f64::from(rows * columns)
+        };
+        let of_mean = radiance(&with(0.4));
+        let response = PackedResponse::new(&with(0.4).base_color_response(), &lighting);
+        for color in [0.0, 0.1, 0.4, 0.9] {
+            let rgb = Vec3::splat(color as f32);
+            let found = base_color(&response, rgb, Vec3::splat(of_mean as f32), &surface(0.8_f64.cos())).x;
+            let expected = radiance(&with(color));
+            // The highlight of half a percent of the cells is integrated to about 1e-3.
+            assert!((f64::from(found) - expected).abs() < 2e-3, "{color}: {found} {expected}");
+        }
+    }
+
+    /// In shadow, a darker base colour is darker by its share; and black, negative and missing light stay.
+    #[test]
+    fn shadows_keep_the_share_of_the_colours() {
+        let parameters = StandardParameters { base_color: [0.5, 0.5, 0.0], ..StandardParameters::default() };
+        let response = Standard::new(parameters).unwrap().base_color_response();
+        let lit = PackedResponse::new(&response, &constant());
+        let at = |response: &PackedResponse, color, radiance| base_color(response, color, radiance, &surface(0.7));
+        let dim = at(&lit, Vec3::new(0.25, 1.0, 0.0), Vec3::splat(0.1));
+        assert!((dim - Vec3::new(0.05, 0.2, 0.1)).length() < 1e-6, "{dim}");
+        let negative = at(&lit, Vec3::new(0.25, 1.0, 0.0), Vec3::splat(-0.1));
+        assert!((negative - Vec3::new(-0.05, -0.2, -0.1)).length() < 1e-6, "{negative}");
+        assert_eq!(at(&lit, Vec3::ONE, Vec3::ZERO), Vec3::ZERO);
+        let dark = PackedResponse::new(&response, &Expansion::zero(Degree::ZERO));
+        assert_eq!(at(&dark, Vec3::ONE, Vec3::ZERO), Vec3::ZERO);
+        assert_eq!(at(&dark, Vec3::ONE, Vec3::splat(0.3)), Vec3::splat(0.3));
+    }
+}

@@ -151,3 +151,61 @@ fn wrapped(index: i32, count: i32, wrap: Wrap) -> i32 {
         Wrap::Clamp => index.clamp(0, count - 1),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The red of a row of texels at u, with steps to the next samples of so many texels.
+    fn at(codes: &[u8], wrap: Wrap, is_nearest: bool, u: f32, texels: f32) -> f32 {
+        let placement =
+            TexturePlacement { wrap: [wrap; 2], is_nearest, factor: [0.5; 3], ..TexturePlacement::default() };
+        let row = codes.iter().map(|code| [*code, 0, 0]).collect();
+        let packed = PackedTexture::new(&BaseColorTexture::new([codes.len(), 1], row, placement).unwrap());
+        let step = Vec2::new(texels / codes.len() as f32, 0.0);
+        super::texture(&packed, &TextureSpot { at: Vec2::new(u, 0.3), across: step, down: Vec2::ZERO }).x
+    }
+
+    fn near(found: f32, expected: f32) {
+        assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+    }
+
+    #[test]
+    fn texels_are_linear_and_repeated_mirrored_or_go_on() {
+        let codes = [0, 120, 255];
+        let [black, grey, white] = codes.map(|code| 0.5 * DECODED[usize::from(code)]);
+        for (u, repeated, mirrored, clamped) in [
+            (0.5, grey, grey, grey),
+            (2.0 / 3.0, 0.5 * (grey + white), 0.5 * (grey + white), 0.5 * (grey + white)),
+            (1.0, 0.5 * (white + black), white, white),
+            (7.0 / 6.0, black, white, white),
+            (-1.0 / 6.0, white, black, black),
+            (1.5, grey, grey, white),
+            (-20.5, grey, grey, black),
+        ] {
+            near(at(&codes, Wrap::Repeat, false, u, 0.1), repeated);
+            near(at(&codes, Wrap::Mirror, false, u, 0.1), mirrored);
+            near(at(&codes, Wrap::Clamp, false, u, 0.1), clamped);
+        }
+        for (u, expected) in [(0.01, black), (0.32, black), (0.34, grey), (0.99, white), (1.01, black)] {
+            near(at(&codes, Wrap::Repeat, true, u, 1.0), expected);
+        }
+    }
+
+    /// Levels of 4, 2 and 1 texels; the step chooses between them by its logarithm.
+    #[test]
+    fn steps_choose_the_level() {
+        let codes = [0, 255, 0, 0];
+        let half = 0.5 * DECODED[188];
+        let quarter = 0.5 * DECODED[137];
+        near(at(&codes, Wrap::Repeat, false, 0.375, 1.0), 0.5);
+        near(at(&codes, Wrap::Repeat, false, 0.25, 2.0), half);
+        near(at(&codes, Wrap::Repeat, false, 0.25, 2.0_f32.sqrt()), 0.5 * (0.25 + half));
+        near(at(&codes, Wrap::Repeat, false, 0.25, 2.0 * 2.0_f32.sqrt()), 0.5 * (half + quarter));
+        for far in [4.0, 5.0, 1e30, f32::INFINITY] {
+            near(at(&codes, Wrap::Repeat, true, 0.6, far), quarter);
+        }
+        near(at(&codes, Wrap::Repeat, false, 0.375, f32::NAN), 0.5);
+        near(at(&[255], Wrap::Repeat, true, 0.6, 7.0), 0.5);
+    }
+}
