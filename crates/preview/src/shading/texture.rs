@@ -86,15 +86,6 @@ impl PackedTexture {
     }
 }
 
-/// The number of a wrap mode for shaders.
-pub fn wrap_number(wrap: Wrap) -> u32 {
-    match wrap {
-        Wrap::Repeat => 0,
-        Wrap::Mirror => 1,
-        Wrap::Clamp => 2,
-    }
-}
-
 /// The linear colour at a sample, times the factor.
 pub fn texture(texture: &PackedTexture, spot: &TextureSpot) -> Vec3 {
     let [finest, .., last] = texture.levels.as_slice() else {
