@@ -53,7 +53,8 @@ impl TexturePlacement {
     ///
     /// # Example: the transform is affine
     /// ```
-    /// let placement = brdf::TexturePlacement { transform: [[2.0, 0.0, 0.5], [0.0, 1.0, 0.0]], ..Default::default() };
+    /// let transform = [[2.0, 0.0, 0.5], [0.0, 1.0, 0.0]];
+    /// let placement = brdf::TexturePlacement { transform, ..Default::default() };
     /// assert_eq!(placement.coordinates([0.25, f32::NAN]), [1.0, 0.0]);
     /// ```
     pub fn coordinates(&self, [u, v]: [f32; 2]) -> [f32; 2] {

@@ -38,6 +38,6 @@ pub mod shadows;
 pub mod surface;
 pub mod table;
 pub mod taps;
-pub mod texture;
 #[cfg(test)]
 pub(crate) mod testkit;
+pub mod texture;

@@ -1,7 +1,7 @@
 //! How the light that a `standard` material reflects depends on its base colour.
 //!
-//! A renderer that shades with one base colour c0, such as the mean of a texture, shows another one c by this.
-//! Under a uniform light of radiance 1, the material reflects toward a view at the cosine x
+//! A renderer that shades with one base colour c0, such as the mean of a texture, shows another one c by
+//! this. Under a uniform light of radiance 1, the material reflects toward a view at the cosine x
 //!
 //! > c t(x) (1 - `metallic`) + R(x, c),  R(x, c) = X(x) + F_0(c) A(x) + F_90 B(x) + M(c) w(x)
 //!

@@ -209,9 +209,10 @@ impl Standard {
         let &StandardParameters { base_color, metallic, specular, sheen, .. } = &self.parameters;
         let Formula { tables, albedos, whole, f_90, .. } = &*self.formula;
         let dielectric = self.parameters.dielectric();
-        let nodes = tables.nodes().zip(albedos.nodes()).map(|([_, _, w, t], [scale, bias, coat, fibres])| {
-            [t, w, scale, bias, coat, fibres]
-        });
+        let nodes = tables
+            .nodes()
+            .zip(albedos.nodes())
+            .map(|([_, _, w, t], [scale, bias, coat, fibres])| [t, w, scale, bias, coat, fibres]);
         BaseColorResponse {
             base_color,
             metallic,
@@ -326,8 +327,9 @@ impl Formula {
             coat: clearcoat,
             charlie,
             sheen,
-            multiple: channels
-                .map(|channel| mix(of_dielectric[channel], several(base_color[channel], 1.0, whole)) * over(w_mean)),
+            multiple: channels.map(|channel| {
+                mix(of_dielectric[channel], several(base_color[channel], 1.0, whole)) * over(w_mean)
+            }),
             diffuse: base_color.map(|colour| (1.0 - metallic) * colour * over(t_mean)),
             tables,
             albedos: of_layers,

@@ -66,9 +66,7 @@ pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use components::{WEIGHTS, component_metadata, encode_components, encode_packed_components};
 pub use light_field::{decode_light_field, encode_light_field};
 pub use light_rig::encode_light_rig;
-pub use material::{
-    decode_material, decode_textured_material, encode_material, encode_textured_material,
-};
+pub use material::{decode_material, decode_textured_material, encode_material, encode_textured_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use prefiltered::{decode_prefiltered, encode_prefiltered};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};

@@ -163,7 +163,8 @@ impl Band {
             surface,
             position: position / nearness,
             radiance: radiance.map(|sum| sum * side),
-            spot: geometry.is_textured[triangle.object as usize].then(|| spot(geometry, triangle, column, row)),
+            spot: geometry.is_textured[triangle.object as usize]
+                .then(|| spot(geometry, triangle, column, row)),
         })
     }
 }
@@ -202,8 +203,8 @@ impl Interpolated {
     }
 }
 
-/// The place of a sample in the texture of its triangle. The sums of l_k u_k / w_k and l_k / w_k are linear on
-/// the screen, so the derivatives of their ratio follow from their steps.
+/// The place of a sample in the texture of its triangle. The sums of l_k u_k / w_k and l_k / w_k are
+/// linear on the screen, so the derivatives of their ratio follow from their steps.
 fn spot(geometry: &Geometry, triangle: &Triangle, column: u32, row: u32) -> TextureSpot {
     let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
     let coordinates = triangle.corners.map(|corner| geometry.coordinates[corner as usize]);

@@ -412,7 +412,11 @@ impl<'a> FrameEncoder<'a> {
             begins: u32::from(sample == 0),
             ends: u32::from(sample + 1 == self.samples.len()),
             first_square: sample as u32 * across * down,
-            shows_material: self.shot.show.sides().map(|mode| u32::from(mode.is_some_and(Mode::shows_material))),
+            shows_material: self
+                .shot
+                .show
+                .sides()
+                .map(|mode| u32::from(mode.is_some_and(Mode::shows_material))),
         };
         let uniforms = device.filled("developing", BufferUsages::UNIFORM, &[uniforms])?;
         let buffers = [

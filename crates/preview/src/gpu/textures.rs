@@ -70,9 +70,11 @@ impl Textures {
         shot: &Shot,
     ) -> Result<(), RenderError> {
         let objects = || scene.objects.iter().enumerate();
-        let textured = || objects().filter_map(|(number, object)| Some((number, object, object.base_color_map()?)));
+        let textured =
+            || objects().filter_map(|(number, object)| Some((number, object, object.base_color_map()?)));
         self.of_looks.retain(textured().map(|(_, object, _)| &object.look));
-        self.coordinates.retain(|number, of| scene.objects.get(*number).is_some_and(|object| of.are_of(object)));
+        self.coordinates
+            .retain(|number, of| scene.objects.get(*number).is_some_and(|object| of.are_of(object)));
         self.is_shown = shot.show.modes().any(Mode::shows_material) && textured().next().is_some();
         if !self.is_shown {
             self.responses = None;

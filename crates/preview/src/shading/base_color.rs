@@ -5,10 +5,10 @@
 //!
 //! > L = L0 (c D + S R(c) / R(c0)) / (c0 D + S),  S = max(0, L0 - c0 D)
 //!
-//! D is what a matte base of colour 1 reflects of the light of degree 2 (Ramamoorthi and Hanrahan 2001), and R
-//! what all but the matte base reflects of a uniform light ([`brdf::BaseColorResponse`]). So L is exact under a
-//! uniform light, and for a dielectric under every light of degree 2. Where more light is missing than S has,
-//! as in shadows, L is L0 c / c0. It is L0 where c is c0.
+//! D is what a matte base of colour 1 reflects of the light of degree 2 (Ramamoorthi and Hanrahan 2001),
+//! and R what all but the matte base reflects of a uniform light ([`brdf::BaseColorResponse`]). So L is
+//! exact under a uniform light, and for a dielectric under every light of degree 2. Where more light is
+//! missing than S has, as in shadows, L is L0 c / c0. It is L0 where c is c0.
 
 use brdf::{BaseColorResponse, BaseColorTexture, ResponseNode, Standard};
 use glam::Vec3;
@@ -59,8 +59,8 @@ const HARMONICS: [f64; 9] = [
 ];
 
 impl BaseColorMap {
-    /// The texture of a material under a light with these coefficients; those that it lacks up to degree 2 are
-    /// 0.
+    /// The texture of a material under a light with these coefficients; those that it lacks up to degree 2
+    /// are 0.
     pub fn new(texture: &BaseColorTexture, material: &Standard, lighting: &Expansion) -> Self {
         let response = PackedResponse::new(&material.base_color_response(), lighting);
         Self { texture: PackedTexture::new(texture), response }
@@ -189,7 +189,10 @@ mod tests {
                         let found = base_color(&response, rgb, radiance, &surface(cosine));
                         for (channel, expected) in of(&with(color)).into_iter().enumerate() {
                             let error = (f64::from(found[channel]) - expected).abs();
-                            assert!(error < 6e-3, "{metallic} {roughness} {color:?} {cosine}: {found} {expected}");
+                            assert!(
+                                error < 6e-3,
+                                "{metallic} {roughness} {color:?} {cosine}: {found} {expected}"
+                            );
                         }
                     }
                 }
@@ -201,10 +204,12 @@ mod tests {
     #[test]
     fn a_dielectric_is_exact_under_a_light_of_degree_2() {
         let rows = (0..9).map(|row| [2.0, 0.3, -0.2, 0.5, 0.1, 0.4, -0.3, 0.2, 0.25][row]);
-        let lighting = Expansion::from_coefficients(Degree::new(2).unwrap(), rows.map(|value| [value; 3]).collect());
+        let lighting =
+            Expansion::from_coefficients(Degree::new(2).unwrap(), rows.map(|value| [value; 3]).collect());
         let lighting = lighting.unwrap();
         let with = |base_color: f64| {
-            let parameters = StandardParameters { base_color: [base_color; 3], ..StandardParameters::default() };
+            let parameters =
+                StandardParameters { base_color: [base_color; 3], ..StandardParameters::default() };
             Standard::new(parameters).unwrap()
         };
         let view = Direction::from_angles(0.8, 0.4);
@@ -237,7 +242,8 @@ mod tests {
         let parameters = StandardParameters { base_color: [0.5, 0.5, 0.0], ..StandardParameters::default() };
         let response = Standard::new(parameters).unwrap().base_color_response();
         let lit = PackedResponse::new(&response, &constant());
-        let at = |response: &PackedResponse, color, radiance| base_color(response, color, radiance, &surface(0.7));
+        let at =
+            |response: &PackedResponse, color, radiance| base_color(response, color, radiance, &surface(0.7));
         let dim = at(&lit, Vec3::new(0.25, 1.0, 0.0), Vec3::splat(0.1));
         assert!((dim - Vec3::new(0.05, 0.2, 0.1)).length() < 1e-6, "{dim}");
         let negative = at(&lit, Vec3::new(0.25, 1.0, 0.0), Vec3::splat(-0.1));

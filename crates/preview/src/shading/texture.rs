@@ -1,9 +1,9 @@
 //! A texture at a sample of a surface.
 //!
 //! Colours are linear between the middles of texels, and between two levels of which each has half as many
-//! texels along a side as the finer one, and their means in linear light. The level is log2 of the texels along
-//! the longer step of the texture's coordinates to the next sample, across or down (OpenGL 4.6, section 8.14),
-//! without its limits of precision. All levels have texels of 8 bits, sRGB codes.
+//! texels along a side as the finer one, and their means in linear light. The level is log2 of the texels
+//! along the longer step of the texture's coordinates to the next sample, across or down (OpenGL 4.6,
+//! section 8.14), without its limits of precision. All levels have texels of 8 bits, sRGB codes.
 
 use std::sync::LazyLock;
 
@@ -67,7 +67,8 @@ impl PackedTexture {
     fn push(&mut self, size: [usize; 2], texels: &[[u8; 3]]) {
         let size = UVec2::from_array(size.map(|side| side as u32));
         self.levels.push(TextureLevel { first: self.words.len() as u32, size });
-        self.words.extend(texels.iter().map(|&[red, green, blue]| u32::from_le_bytes([red, green, blue, 255])));
+        self.words
+            .extend(texels.iter().map(|&[red, green, blue]| u32::from_le_bytes([red, green, blue, 255])));
     }
 
     /// The texels of all levels: red in the lowest byte, green, blue, and 255.

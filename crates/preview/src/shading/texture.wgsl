@@ -51,13 +51,16 @@ fn texture_level(level: vec4u, at: vec2f, nearest: bool) -> vec3f {
     let floored = floor(middle);
     let share = middle - floored;
     let first = vec2i(floored);
-    let above = mix(texture_texel(level, first.x, first.y), texture_texel(level, first.x + 1, first.y), share.x);
-    let below =
-        mix(texture_texel(level, first.x, first.y + 1), texture_texel(level, first.x + 1, first.y + 1), share.x);
-    return texture_uniforms.factor * mix(above, below, share.y);
+    let next = first + 1;
+    return texture_uniforms.factor * mix(
+        mix(texture_texel(level, first.x, first.y), texture_texel(level, next.x, first.y), share.x),
+        mix(texture_texel(level, first.x, next.y), texture_texel(level, next.x, next.y), share.x),
+        share.y,
+    );
 }
 
-// The linear colour at coordinates, times the factor; `across` and `down` are their steps to the next samples.
+// The linear colour at coordinates, times the factor; `across` and `down` are their steps to the next
+// samples.
 fn texture_color(at: vec2f, across: vec2f, down: vec2f) -> vec3f {
     let size = vec2f(texture_uniforms.levels[0].yz);
     let square = max(dot(across * size, across * size), dot(down * size, down * size));

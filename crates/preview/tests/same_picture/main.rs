@@ -277,8 +277,8 @@ fn a_mesh_of_several_materials() {
     compared.finish();
 }
 
-/// Textures near and far, from outside and inside, in every mode that shows them and beside those that do not;
-/// and three objects, of which one has no texture.
+/// Textures near and far, from outside and inside, in every mode that shows them and beside those that do
+/// not; and three objects, of which one has no texture.
 #[test]
 fn textures_of_base_colours() {
     let Some(mut compared) = Compared::new("textures_of_base_colours") else { return };
@@ -289,7 +289,12 @@ fn textures_of_base_colours() {
         for (names, look) in &looks[..looks.len() - 1] {
             let scene = Scene::of(Arc::clone(&mesh), Arc::clone(look));
             for mode in modes {
-                compared.add(mode.name(), &format!("{shape} {names}"), &scene, &shot(&scene, Show::One(mode)));
+                compared.add(
+                    mode.name(),
+                    &format!("{shape} {names}"),
+                    &scene,
+                    &shot(&scene, Show::One(mode)),
+                );
             }
         }
     }

@@ -84,8 +84,8 @@ pub(crate) fn tabulated() -> &'static [Named] {
     &LOOKS
 }
 
-/// A dielectric, a metal and a mixture of both under coat and sheen, under each environment, each with a texture
-/// in other ways; and at last a look without one.
+/// A dielectric, a metal and a mixture of both under coat and sheen, under each environment, each with a
+/// texture in other ways; and at last a look without one.
 pub(crate) fn textured() -> &'static [Named] {
     static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
         let texel = |k: usize| {
@@ -113,10 +113,7 @@ pub(crate) fn textured() -> &'static [Named] {
         let materials = [
             ("dielectric", plain),
             ("metal", StandardParameters { metallic: 1.0, roughness: 0.4, ..plain }),
-            (
-                "coated",
-                StandardParameters { metallic: 0.4, clearcoat: 0.6, sheen: [0.2, 0.1, 0.3], ..plain },
-            ),
+            ("coated", StandardParameters { metallic: 0.4, clearcoat: 0.6, sheen: [0.2, 0.1, 0.3], ..plain }),
         ];
         let mut looks = Vec::new();
         for (light_name, environment) in environments() {

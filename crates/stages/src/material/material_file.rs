@@ -9,11 +9,13 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use brdf::{Absent, BaseColorTexture, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
+use brdf::{
+    Absent, BaseColorTexture, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType,
+    Values,
+};
 use containers::measured::{self, MeasuredFormat, Reading};
 use containers::{
-    MaterialChoice, MaterialxMaterial, check_gltf_material, read_gltf_material,
-    read_materialx_material,
+    MaterialChoice, MaterialxMaterial, check_gltf_material, read_gltf_material, read_materialx_material,
 };
 use engine::{
     Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
@@ -95,8 +97,7 @@ fn read_with(
         let help = format!("expected .toml, .gltf, .glb, .mtlx, or one of: {}", endings());
         Failure { help: Some(help), ..failure_of(chain) }
     })?;
-    let mut reader =
-        MaterialReader {
+    let mut reader = MaterialReader {
         access,
         errors: Vec::new(),
         notes: Vec::new(),

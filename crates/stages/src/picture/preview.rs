@@ -43,6 +43,10 @@
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
 //! | `taps` | a few look-ups into the blurred light at every pixel, and the lights beside it; needs `scale-space` (`scale-space`) and `taps` (`fit-taps`) |
 //!
+//! If `material` has the texture of a glTF file, a `mesh` that is connected is shown with it, by its own
+//! coordinates: it ought to be of the same file. The maps are those of the texture's mean; each sample
+//! changes their radiance by its own base colour.
+//!
 //! A table of several materials is blended between them by `blend`, a number at each vertex of the `mesh`
 //! (`vertex-blend`). The first five modes need `reflection`. `table` and `transfer` take the light's
 //! coefficients of the degree that the table or the transfer has, up to 30; their reference is `brute-force`

@@ -81,7 +81,11 @@ pub fn read_gltf_anisotropy<E: From<Error>>(
                 info.path()
             ));
         }
-        Some(AnisotropyTexture { texels, wrap: Sampler::of(json, &info)?.wrap, transform: TextureTransform::of(&info)? })
+        Some(AnisotropyTexture {
+            texels,
+            wrap: Sampler::of(json, &info)?.wrap,
+            transform: TextureTransform::of(&info)?,
+        })
     } else {
         None
     };

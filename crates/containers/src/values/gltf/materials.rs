@@ -1,9 +1,10 @@
 //! glTF 2.0: the materials of a file, each as one that is the same everywhere.
 //!
 //! `pbrMetallicRoughness` and the extensions `KHR_materials_ior`, `_specular`, `_clearcoat` and `_sheen`
-//! become a [`Standard`] material. A texture becomes its mean, times its factor: a reflection map holds one
-//! material. Previews show the texture of the base colour beside it. What makes no difference to these (sets of
-//! coordinates and samplers of other textures) is ignored; what would, or might, is named in a warning.
+//! become a [`Standard`] material. A texture becomes its mean, times its factor: a reflection map holds
+//! one material. Previews show the texture of the base colour beside it. What makes no difference to these
+//! (sets of coordinates and samplers of other textures) is ignored; what would, or might, is named in a
+//! warning.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};

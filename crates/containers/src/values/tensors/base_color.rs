@@ -1,5 +1,5 @@
-//! The picture of a material's base colour, beside the material: `base_color` [height, width, 3] u8, sRGB codes
-//! from the top, and `base_color` in the metadata, how a mesh shows it:
+//! The picture of a material's base colour, beside the material: `base_color` [height, width, 3] u8, sRGB
+//! codes from the top, and `base_color` in the metadata, how a mesh shows it:
 //!
 //! `{"factor": [1, 1, 1], "transform": [[1, 0, 0], [0, 1, 0]], "wrap": ["repeat", "mirror"], "filter":
 //! "linear"}`, as [`brdf::TexturePlacement`] has it.
@@ -14,8 +14,7 @@ use crate::error::Error;
 /// The name of the tensor, and of the entry of the metadata.
 const KEY: &str = "base_color";
 const SHAPE: &str = "[height, width, 3]";
-const WRAPS: [(&str, Wrap); 3] =
-    [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
+const WRAPS: [(&str, Wrap); 3] = [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
 const FILTERS: [(&str, bool); 2] = [("linear", false), ("nearest", true)];
 
 /// Adds a texture, the last tensor of a file.
@@ -34,7 +33,8 @@ pub(super) fn add(texture: &BaseColorTexture, file: &mut Writer) {
 /// The texture of a file, if it has one.
 pub(super) fn of(file: &TensorFile<'_>) -> Result<Option<BaseColorTexture>, Error> {
     let Some(text) = file.metadata.get(KEY) else { return Ok(None) };
-    let wrong = || Error::damaged(format!("metadata `{KEY}`: expected the placement of a texture, found {text}"));
+    let wrong =
+        || Error::damaged(format!("metadata `{KEY}`: expected the placement of a texture, found {text}"));
     let placement = placement(text).ok_or_else(wrong)?;
     let tensor = file.tensor(KEY, Dtype::U8, SHAPE)?;
     let &[height, width, 3] = tensor.shape() else { return Err(wrong_shape(KEY, SHAPE, tensor.shape())) };

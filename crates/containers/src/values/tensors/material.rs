@@ -10,7 +10,8 @@
 //! material (base_color.rs).
 
 use brdf::{
-    BaseColorTexture, MODELS, Material, Measured, MeasuredAnisotropic, MeasuredError, Parameter, Part, Value, ValueType, Values,
+    BaseColorTexture, MODELS, Material, Measured, MeasuredAnisotropic, MeasuredError, Parameter, Part, Value,
+    ValueType, Values,
 };
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
@@ -339,7 +340,8 @@ mod tests {
 
     #[test]
     fn what_no_texture_has_is_an_error() {
-        let sound = r#"{"factor":[1,1,1],"transform":[[1,0,0],[0,1,0]],"wrap":["repeat","clamp"],"filter":"linear"}"#;
+        let sound =
+            r#"{"factor":[1,1,1],"transform":[[1,0,0],[0,1,0]],"wrap":["repeat","clamp"],"filter":"linear"}"#;
         let error_of = |placement: &str, shape: &[usize]| {
             let mut file = Writer::new("material", None);
             file.entry(KEY, r#"{"model": "lambert", "albedo": [1, 1, 1]}"#);

@@ -38,8 +38,13 @@ fn plane_with(coordinates: impl Fn([f32; 2]) -> [f32; 2]) -> Arc<Mesh> {
     let plane = plane();
     let coordinates = plane.coordinates().unwrap().iter().map(|at| coordinates(*at)).collect();
     let [positions, normals] = [plane.positions(), plane.normals()].map(<[_]>::to_vec);
-    let made =
-        Mesh::new(positions, normals, plane.tangents().to_vec(), Some(coordinates), plane.triangles().to_vec());
+    let made = Mesh::new(
+        positions,
+        normals,
+        plane.tangents().to_vec(),
+        Some(coordinates),
+        plane.triangles().to_vec(),
+    );
     Arc::new(made.unwrap())
 }
 

@@ -24,8 +24,11 @@ pub(super) struct SceneSettings {
 
 /// The mesh with its look.
 pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<Scene, Failure> {
-    let material =
-        context.inputs.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
+    let material = context.inputs.optional::<artifacts::Material>("material")?;
+    // A built-in mesh is not that of the material's file.
+    let has_texture = context.inputs.type_at("mesh").is_some();
+    let texture = material.as_ref().and_then(|material| material.1.clone()).filter(|_| has_texture);
+    let material = material.map(|material| material.0.clone());
     let table =
         context.inputs.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
     for mode in settings.modes.iter().copied() {
@@ -76,7 +79,8 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
         Some(table) => blend(context, &mesh, table)?.map(Arc::new),
         None => None,
     };
-    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table).with_compact_map(compact_map)));
+    let look = look.with_table(table).with_compact_map(compact_map).with_base_color(texture);
+    let scene = Scene::of(Arc::new(mesh), Arc::new(look));
     Ok(scene.with_transfer(transfer).with_blend(blend))
 }
 
