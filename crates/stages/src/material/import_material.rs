@@ -150,8 +150,6 @@
 //! normal are projected about the reflection vector, which takes more degrees. `kajiya-kay` is centred on the
 //! tangent and cannot be combined with other models. Layers may hold layers, at most 32 deep.
 
-use std::sync::Arc;
-
 use containers::MaterialChoice;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 
@@ -215,7 +213,7 @@ impl Kind for ImportMaterial {
         if let (Err(_), Ok(Some(name))) = (context.files.source(), Self::built_in(parameters)) {
             let preset = Preset::named(&name).map_err(Failure::new)?;
             let found = read_material(&name, preset.text.as_bytes(), None, &|path| context.files.read(path))?;
-            return Output::artifact(artifacts::Material::from(found.material));
+            return Output::artifact(artifacts::Material(found.material));
         }
         let reporter = &context.reporter;
         let path = context.files.source()?;
@@ -228,7 +226,7 @@ impl Kind for ImportMaterial {
         found.notes.into_iter().for_each(|note| reporter.note(note));
         found.warnings.into_iter().for_each(|warning| reporter.warn(warning));
         warn_of_excess(&found.material, reporter);
-        Output::artifact(artifacts::Material(found.material, found.base_color.map(Arc::new)))
+        artifacts::Material(found.material).with_texture(found.base_color.as_ref())
     }
 }
 

@@ -22,8 +22,9 @@
 
 use std::sync::Arc;
 
+use brdf::BaseColorTexture;
 use containers::tensors;
-use engine::{Artifact, Failure};
+use engine::{Artifact, Failure, Output};
 
 /// Distant light as a lat-long image.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,15 +74,28 @@ impl Artifact for LightField {
     }
 }
 
-/// A reflection model and its parameters, a measured table, or several of them; and the picture of its base
-/// colour, if it has one, which only previews show.
+/// A reflection model and its parameters, a measured table, or several of them.
+///
+/// The bytes may hold the picture of its base colour, too, which only previews show: [`Material::texture`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Material(pub brdf::Material, pub Option<Arc<brdf::BaseColorTexture>>);
+pub struct Material(pub brdf::Material);
 
-impl From<brdf::Material> for Material {
-    /// A material without a texture.
-    fn from(material: brdf::Material) -> Self {
-        Self(material, None)
+impl Material {
+    /// The output of a stage that makes a material with the picture of its base colour, if it has one.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn with_texture(self, texture: Option<&BaseColorTexture>) -> Result<Output, Failure> {
+        let bytes = tensors::encode_textured_material(&self.0, texture, None)?;
+        Ok(Output::Artifact { bytes, value: Arc::new(self) })
+    }
+
+    /// The picture of the base colour in the bytes of a material, if they hold one.
+    ///
+    /// # Errors
+    /// If they are not those of a material.
+    pub fn texture(bytes: &[u8]) -> Result<Option<Arc<BaseColorTexture>>, Failure> {
+        Ok(tensors::decode_textured_material(bytes)?.1.map(Arc::new))
     }
 }
 
@@ -89,12 +103,11 @@ impl Artifact for Material {
     const TYPE: &'static str = "material";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_textured_material(&self.0, self.1.as_deref(), None)?)
+        Ok(tensors::encode_material(&self.0, None)?)
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        let (material, base_color) = tensors::decode_textured_material(bytes)?;
-        Ok(Self(material, base_color.map(Arc::new)))
+        Ok(Self(tensors::decode_material(bytes)?))
     }
 }
 

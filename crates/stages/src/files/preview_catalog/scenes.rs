@@ -316,8 +316,8 @@ impl SceneCache {
         let material = entry.material.map(|item| handle(plan, results, item)).transpose()?;
         let material_digest = material.as_ref().map(|material| material.digest());
         let read = |material: &engine::Handle| -> Result<_, Failure> {
-            let artifacts::Material(material, texture) = &*material.get::<artifacts::Material>()?;
-            Ok((material.clone(), texture.clone().filter(|_| has_texture)))
+            let texture = if has_texture { artifacts::Material::texture(&material.bytes()?)? } else { None };
+            Ok((material.get::<artifacts::Material>()?.0.clone(), texture))
         };
         let table = self.table(plan, results, entry);
         let table_digest = table.as_ref().map(|(digest, _)| *digest);

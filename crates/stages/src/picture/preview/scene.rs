@@ -24,11 +24,13 @@ pub(super) struct SceneSettings {
 
 /// The mesh with its look.
 pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<Scene, Failure> {
-    let material = context.inputs.optional::<artifacts::Material>("material")?;
+    let material =
+        context.inputs.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
     // A built-in mesh is not that of the material's file.
-    let has_texture = context.inputs.type_at("mesh").is_some();
-    let texture = material.as_ref().and_then(|material| material.1.clone()).filter(|_| has_texture);
-    let material = material.map(|material| material.0.clone());
+    let texture = match ["material", "mesh"].map(|port| context.inputs.type_at(port)) {
+        [Some(_), Some(_)] => artifacts::Material::texture(&context.inputs.bytes("material")?)?,
+        _ => None,
+    };
     let table =
         context.inputs.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
     for mode in settings.modes.iter().copied() {
