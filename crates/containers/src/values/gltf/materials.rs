@@ -272,6 +272,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         if !texture.is_present() {
             return Ok(factor);
         }
+        self.image(&texture)?;
         let Sampler { wrap, is_nearest } = Sampler::of(self.document, &texture)?;
         let transform = TextureTransform::of(&texture)?.rows();
         // The coordinates of an imported mesh are those of its normal texture.
