@@ -16,7 +16,6 @@ use shrm::Reflection;
 
 use super::memory::TEXELS;
 use super::mesh::Shape;
-use super::textures::COORDINATES;
 use crate::shading::brute_force::NO_SHADOWS;
 use crate::shading::material::PackedMaterial;
 use crate::shading::{lobe_sampling, material};
@@ -243,7 +242,7 @@ impl Pipelines {
                     device,
                     &textured,
                     ["coloured_vertex", "coloured_fragment"],
-                    &[Some(Shape::LAYOUT), Some(COORDINATES)],
+                    &[Some(Shape::LAYOUT), Some(Shape::COORDINATES)],
                     1,
                 ),
                 uncoloured: raster(

@@ -1,6 +1,7 @@
 //! The textures of base colours on the device.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use mesh::Mesh;
@@ -53,13 +54,6 @@ struct Responses {
     view: wgpu::TextureView,
 }
 
-/// The coordinates of vertices, in a buffer of their own.
-pub(super) const COORDINATES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-    array_stride: size_of::<[f32; 2]>() as u64,
-    step_mode: wgpu::VertexStepMode::Vertex,
-    attributes: &wgpu::vertex_attr_array![3 => Float32x2],
-};
-
 impl Textures {
     /// Makes what a shot of a scene needs, and drops what the scene does not use.
     pub(super) fn prepare(
@@ -82,8 +76,8 @@ impl Textures {
         }
         for (number, object, map) in textured() {
             self.of_looks.get_or_make(&object.look, || bound(device, layouts, &map.texture))?;
-            if !self.coordinates.contains_key(&number) {
-                self.coordinates.insert(number, Coordinates::new(device, object, map)?);
+            if let Entry::Vacant(entry) = self.coordinates.entry(number) {
+                entry.insert(Coordinates::new(device, object, map)?);
             }
         }
         let looks: Vec<_> = objects().map(|(_, object)| Identity::of(&object.look)).collect();

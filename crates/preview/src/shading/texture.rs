@@ -95,10 +95,11 @@ pub fn texture(texture: &PackedTexture, spot: &TextureSpot) -> Vec3 {
     let size = finest.size.as_vec2();
     let (across, down) = (spot.across * size, spot.down * size);
     let square = across.dot(across).max(down.dot(down));
-    if !(square > 1.0) {
+    // A step that is not a number is none.
+    let level = if square > 1.0 { 0.5 * math::log2(square) } else { 0.0 };
+    if level == 0.0 {
         return one_level(texture, finest, spot.at, texture.placement.is_nearest);
     }
-    let level = 0.5 * math::log2(square);
     let most = texture.levels.len() - 1;
     if level >= most as f32 {
         return one_level(texture, last, spot.at, false);

@@ -65,10 +65,14 @@ fn texture_color(at: vec2f, across: vec2f, down: vec2f) -> vec3f {
     let size = vec2f(texture_uniforms.levels[0].yz);
     let square = max(dot(across * size, across * size), dot(down * size, down * size));
     let most = texture_uniforms.count - 1u;
-    if !(square > 1.0) {
+    // A step that is not a number is none.
+    var level = 0.0;
+    if square > 1.0 {
+        level = 0.5 * log2(square);
+    }
+    if level == 0.0 {
         return texture_level(texture_uniforms.levels[0], at, texture_uniforms.nearest == 1u && most > 0u);
     }
-    let level = 0.5 * log2(square);
     if level >= f32(most) {
         return texture_level(texture_uniforms.levels[most], at, false);
     }
