@@ -121,6 +121,7 @@ mod tests {
             ..TexturePlacement::default()
         };
         assert_eq!(placement.coordinates([0.5, 3.0]), [3.25, -1.0]);
-        assert_eq!(placement.coordinates([f32::INFINITY, f32::MAX]), [1e6, 0.0]);
+        assert_eq!(placement.coordinates([1.0, f32::MAX]), [1e6, -2.0]);
+        assert_eq!(placement.coordinates([f32::INFINITY, f32::NAN]), [0.0; 2]);
     }
 }
