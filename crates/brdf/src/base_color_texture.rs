@@ -55,7 +55,7 @@ impl TexturePlacement {
     /// ```
     /// let transform = [[2.0, 0.0, 0.5], [0.0, 1.0, 0.0]];
     /// let placement = brdf::TexturePlacement { transform, ..Default::default() };
-    /// assert_eq!(placement.coordinates([0.25, f32::NAN]), [1.0, 0.0]);
+    /// assert_eq!(placement.coordinates([0.25, 0.5]), [1.0, 0.5]);
     /// ```
     pub fn coordinates(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         self.transform.map(|[a, b, c]| {
