@@ -2,6 +2,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
+mod base_color_texture;
 mod checks;
 mod clamped_cosine;
 mod coefficients;
@@ -18,6 +19,7 @@ mod table;
 mod view_expansion;
 pub mod zernike;
 
+pub use base_color_texture::{BaseColorTexture, TexturePlacement, Wrap};
 pub use checks::{Albedo, Checks, albedo, checks};
 pub use clamped_cosine::ClampedCosine;
 pub use coefficients::{BrdfCoefficients, Centre, SurfaceView};

@@ -30,6 +30,7 @@ macro_rules! for_each_model {
 }
 
 mod ashikhmin_shirley;
+mod base_color_response;
 mod blinn_phong;
 mod charlie;
 mod directional_albedo;
@@ -55,6 +56,7 @@ pub(crate) mod tests;
 mod torrance_sparrow;
 mod ward;
 
+pub use base_color_response::{BaseColorResponse, ResponseNode};
 pub use charlie::CharlieConstants;
 pub use fresnel::{Fresnel, FresnelConstants};
 pub use lafortune::{LafortuneLobe, LafortuneLobeConstants};

@@ -65,8 +65,8 @@ codecs! {
 
 pub(crate) use chromaticity::Chromaticities;
 pub use colour_space::ColourSpace;
+pub use data_texture::DataTexture;
 pub(crate) use data_texture::raster_of_texture;
-pub use data_texture::{DataTexture, Wrap};
 pub use decoded::{Decoded, Encoded, OpenExrEnvmap, ReadOptions};
 pub use decoder_level::decoder_level;
 pub(crate) use icc::srgb_to_linear;

@@ -44,11 +44,12 @@ mod textures;
 mod values;
 mod zstandard;
 
+pub use brdf::Wrap;
 pub use error::{Error, ErrorKind};
 pub use format::Format;
 pub use images::{
     ColourSpace, DataTexture, Decoded, Encoded, ExrLayers, ImageHeader, OpenExrEnvmap, Panorama, ReadOptions,
-    Shows, Wrap, declares_high_dynamic_range, decoder_level, read_exr_layers, read_image, read_image_header,
+    Shows, declares_high_dynamic_range, decoder_level, read_exr_layers, read_image, read_image_header,
     write_apng, write_exr, write_exr_layers, write_exr_rgba, write_png, write_rgbe,
 };
 pub use light_texture::{LightTexture, is_light_texture, read_light_texture};

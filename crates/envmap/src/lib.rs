@@ -9,6 +9,7 @@
 mod area;
 mod atlas;
 mod audit;
+mod box_filter;
 mod bright_texels;
 mod canvas;
 mod coverage;
@@ -33,6 +34,7 @@ mod without_lights;
 
 pub use atlas::Atlas;
 pub use audit::{BadPixels, audit, repair};
+pub use box_filter::box_filtered;
 pub use coverage::Coverage;
 pub use cube_map::CubeMap;
 pub use environment::Environment;

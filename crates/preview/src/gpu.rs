@@ -7,6 +7,8 @@
 //! points, and choose what a pixel shows, as the CPU's `BandRenderer` does. All formulas are in `shading/`,
 //! where each shader has its twin. In the modes that shade vertices, `vertices.wgsl` does so before, and
 //! `raster.wgsl` draws their radiance as the map that the mode reads; for shadows it draws positions.
+//! If an object has a texture, `coloured.wgsl` draws the base colours of all, by which `textured.wgsl`
+//! changes the radiance before it is developed.
 //!
 //! The samples of a pixel are drawn one after another, so that memory does not grow with their number. The
 //! shaders load and blend texels themselves, because samplers have weights of eight bits and their own rules
@@ -27,6 +29,7 @@ mod sample_budget;
 mod shadow_tree;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod vertices;
 
 use std::time::{Duration, Instant};
@@ -289,6 +292,9 @@ impl Gpu {
         if shot.show.modes().any(draws_map) {
             canvas.reserve_drawn_map(device, layouts)?;
         }
+        if self.resources.textures.is_shown {
+            canvas.reserve_colours(device)?;
+        }
         let before = accumulation.light_samples;
         let missing = shot.light_samples.max(1) - before;
         let add = match modes.into_iter().any(is_brute_force) {
@@ -330,6 +336,9 @@ impl Gpu {
         }
         if shot.show.modes().any(draws_map) {
             canvas.reserve_drawn_map(device, layouts)?;
+        }
+        if self.resources.textures.is_shown {
+            canvas.reserve_colours(device)?;
         }
         let frame = FrameEncoder::new(scene, shot, &self.resources, &canvas)?;
         let mut encoder = device.encoder();

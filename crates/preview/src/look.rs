@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use brdf::{BrdfTable, Centre, Material, Standard, StandardParameters};
+use brdf::{BaseColorTexture, BrdfTable, Centre, Material, Standard, StandardParameters};
 use sh::{Degree, Light as Sun, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
 
+use crate::shading::base_color::BaseColorMap;
 use crate::{CompactMap, Light, PrefilteredCube, RenderError};
 
 /// The sizes of the maps.
@@ -43,6 +44,7 @@ pub struct Look {
     material: Option<Material>,
     table: Option<Arc<BrdfTable>>,
     compact_map: Option<Arc<CompactMap>>,
+    base_color: Option<Arc<BaseColorTexture>>,
     /// The cube that an engine lights the surface with, and the level that it reads.
     prefiltered_cube: Option<(Arc<PrefilteredCube>, f64)>,
     /// The lights that an engine lights the surface with beside the cube.
@@ -58,6 +60,7 @@ pub struct Look {
     cabral: OnceLock<Result<ViewSet, RenderError>>,
     kautz_mccool: OnceLock<Result<ViewSet, RenderError>>,
     prefiltered: OnceLock<Result<Vec<[f32; 3]>, RenderError>>,
+    base_color_map: OnceLock<Option<BaseColorMap>>,
 }
 
 impl Look {
@@ -114,6 +117,7 @@ impl Look {
             material,
             table: None,
             compact_map: None,
+            base_color: None,
             prefiltered_cube: None,
             suns: Vec::new(),
             shows_light: false,
@@ -125,6 +129,7 @@ impl Look {
             cabral: OnceLock::new(),
             kautz_mccool: OnceLock::new(),
             prefiltered: OnceLock::new(),
+            base_color_map: OnceLock::new(),
         }
     }
 
@@ -145,6 +150,13 @@ impl Look {
     #[must_use]
     pub fn with_compact_map(self, compact_map: Option<Arc<CompactMap>>) -> Self {
         Self { compact_map, ..self }
+    }
+
+    /// Returns the same look with the picture of its material's base colour, which meshes with coordinates
+    /// show. Its maps stay those of the material.
+    #[must_use]
+    pub fn with_base_color(self, base_color: Option<Arc<BaseColorTexture>>) -> Self {
+        Self { base_color, ..self }
     }
 
     /// Returns the same look with the lamps of its reflection in the SHRMs, as `export-shrm` bakes them, or
@@ -176,6 +188,23 @@ impl Look {
     pub fn compact_map(&self) -> Result<&Arc<CompactMap>, RenderError> {
         let missing = RenderError::Missing { what: "this mode", missing: "a scale space and taps" };
         self.compact_map.as_ref().ok_or(missing)
+    }
+
+    /// The picture of the material's base colour, if there is one.
+    pub fn base_color(&self) -> Option<&Arc<BaseColorTexture>> {
+        self.base_color.as_ref()
+    }
+
+    /// The picture of the base colour as shaders read it, and the response of the material to it; `None`
+    /// without a picture, and of a material that is not of the model `standard`, or a part of one.
+    pub(crate) fn base_color_map(&self) -> Option<&BaseColorMap> {
+        let make = || match (&self.base_color, &self.material) {
+            (Some(texture), Some(Material::Standard(standard))) if standard.part().is_none() => {
+                Some(BaseColorMap::new(texture, standard, self.light.lighting()))
+            }
+            _ => None,
+        };
+        self.base_color_map.get_or_init(make).as_ref()
     }
 
     /// The cube that an engine lights the surface with, and the level that it reads.

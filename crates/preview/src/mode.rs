@@ -122,6 +122,11 @@ impl Mode {
         self == Self::Samples
     }
 
+    /// Whether the mode shows the material, so that another base colour changes its picture.
+    pub(crate) fn shows_material(self) -> bool {
+        !matches!(self, Self::Irradiance | Self::Mirror | Self::Samples)
+    }
+
     /// The mode that this one approximates: brute force, with the shadows that the mode has.
     pub fn reference(self) -> Self {
         match self {

@@ -7,6 +7,7 @@ use mesh::Mesh;
 use sphere::Direction;
 use transfer::Transfer;
 
+use crate::shading::base_color::BaseColorMap;
 use crate::{Framing, Light, Look, Mode, Show};
 
 /// A mesh with its place and its look.
@@ -122,7 +123,8 @@ impl Scene {
             if Arc::ptr_eq(look.light(), &self.light) {
                 let (material, sizes) = (look.material()?.clone(), look.sizes());
                 let moved = Look::without_maps(Arc::clone(&light), material, sizes);
-                object.look = Arc::new(moved.with_table(look.table().cloned()));
+                let moved = moved.with_table(look.table().cloned());
+                object.look = Arc::new(moved.with_base_color(look.base_color().cloned()));
             }
         }
         scene.light = light;
@@ -206,6 +208,11 @@ impl Object {
     /// The mesh that hides light from the object: the whole that it is a part of, or its own.
     pub(crate) fn occluder(&self) -> &Arc<Mesh> {
         self.whole.as_ref().unwrap_or(&self.mesh)
+    }
+
+    /// The texture of the base colour, if the mesh has coordinates for it.
+    pub(crate) fn base_color_map(&self) -> Option<&BaseColorMap> {
+        self.look.base_color_map().filter(|_| self.mesh.coordinates().is_some())
     }
 
     /// Whether the object has the inputs of a mode beside light and material.

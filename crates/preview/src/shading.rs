@@ -8,6 +8,7 @@
 
 pub mod angles;
 pub mod background;
+pub mod base_color;
 pub mod brute_force;
 pub mod cabral;
 pub mod cube;
@@ -39,3 +40,4 @@ pub mod table;
 pub mod taps;
 #[cfg(test)]
 pub(crate) mod testkit;
+pub mod texture;

@@ -6,6 +6,7 @@ mod project_brdf;
 
 // What they share.
 mod degree_pair;
+mod found_material;
 mod material_edit;
 mod material_file;
 mod material_manual;
@@ -16,10 +17,11 @@ mod presets;
 use engine::Kinds;
 
 pub(crate) use degree_pair::DegreePair;
+pub use found_material::MaterialFile;
 pub(crate) use import_material::ImportMaterial;
 pub use material_edit::{material_form, material_with_form, why_not_editable};
 pub(crate) use material_file::GLTF;
-pub use material_file::{MaterialFile, ReadFile, is_gltf_file, is_measured_file, read_material};
+pub use material_file::{ReadFile, is_gltf_file, is_measured_file, read_material};
 pub use material_schema::material_schema;
 pub use materialx_file::is_materialx_file;
 pub use presets::{PRESETS, Preset};

@@ -40,6 +40,30 @@ impl Tables {
         self.0.iter().map(|values| packed::four(*values)).collect()
     }
 
+    /// The values of all functions at the nodes.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = [f64; COLUMNS]> {
+        self.0.iter().copied()
+    }
+
+    /// The zonal coefficients of degree 0, 1 and 2 of a function times the cosine on the hemisphere, divided
+    /// by that of degree 0; 0 for a function that is 0.
+    pub(crate) fn zonal(&self, column: usize) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        let step = 1.0 / (self.0.len() - 1) as f64;
+        for (node, ends) in self.0.windows(2).enumerate() {
+            for (share, weight) in FIVE {
+                // d(x^2) = 2 x dx.
+                let root = (node as f64 + share) * step;
+                let cosine = root * root;
+                let value = ends[0][column] + (ends[1][column] - ends[0][column]) * share;
+                let scaled = weight * step * 2.0 * root * cosine * value;
+                let legendre = [1.0, cosine, 1.5 * cosine * cosine - 0.5];
+                sums.iter_mut().zip(legendre).for_each(|(sum, p)| *sum += scaled * p);
+            }
+        }
+        if sums[0] > 0.0 { sums.map(|sum| sum / sums[0]) } else { [0.0; 3] }
+    }
+
     /// The values of all functions at a cosine, 0 to 1.
     pub(crate) fn at(&self, cosine: f64) -> [f64; COLUMNS] {
         let place = cosine.clamp(0.0, 1.0).sqrt() * (self.0.len() - 1) as f64;
@@ -70,6 +94,15 @@ impl Tables {
 /// Nodes and weights on [0, 1] of Gauss' rule of three nodes, which is exact to degree 5.
 const THREE: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
+/// The same for five nodes, exact to degree 9.
+const FIVE: [(f64, f64); 5] = [
+    (0.046_910_077_030_668, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
+    (0.5, 64.0 / 225.0),
+    (0.769_234_655_052_841_6, 0.239_314_335_249_683_24),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
 
 /// Nodes and weights on [0, 1] of Gauss' rule.
 pub(crate) fn gauss(nodes: usize) -> Vec<(f64, f64)> {
@@ -206,5 +239,10 @@ mod tests {
             assert!((found - expected).abs() < 1e-14, "{found} {expected}");
         }
         assert_eq!(tables.constants().len(), NODES);
+        // The clamped cosine has pi, 2 pi / 3 and pi / 4.
+        for (found, expected) in tables.zonal(0).iter().zip([1.0, 2.0 / 3.0, 0.25]) {
+            assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+        }
+        assert_eq!(tables.zonal(3), [0.0; 3]);
     }
 }

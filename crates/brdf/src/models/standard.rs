@@ -37,6 +37,7 @@ use std::f64::consts::PI;
 use glam::{Vec3, Vec4};
 use sphere::Direction;
 
+use super::base_color_response::{BaseColorResponse, several};
 use super::charlie::{Charlie, CharlieConstants, CharlieQuadrature};
 use super::directional_albedo::{Facets, Tables};
 use super::facets::HalfVector;
@@ -173,6 +174,11 @@ struct Formula {
     diffuse: [f64; 3],
     /// The tables of u, s, w and t.
     tables: Tables,
+    /// For renderers that change the base colour: the albedos of the highlight by F_0 and by F_90, of the
+    /// coat, and of white sheen.
+    albedos: Tables,
+    /// The mean albedo of facets that reflect everything.
+    whole: f64,
 }
 
 /// F_0 of the coat; its F_90 is 1.
@@ -196,6 +202,28 @@ impl Standard {
     /// The part of the material that this is; `None` for the whole.
     pub fn part(&self) -> Option<Part> {
         self.part
+    }
+
+    /// How the light that the material reflects depends on its base colour.
+    pub fn base_color_response(&self) -> BaseColorResponse {
+        let &StandardParameters { base_color, metallic, specular, sheen, .. } = &self.parameters;
+        let Formula { tables, albedos, whole, f_90, .. } = &*self.formula;
+        let dielectric = self.parameters.dielectric();
+        let nodes = tables
+            .nodes()
+            .zip(albedos.nodes())
+            .map(|([_, _, w, t], [scale, bias, coat, fibres])| [t, w, scale, bias, coat, fibres]);
+        BaseColorResponse {
+            base_color,
+            metallic,
+            dielectric,
+            f_90: *f_90,
+            sheen,
+            dielectric_several: dielectric.map(|f_0| several(f_0, specular, *whole)),
+            whole: *whole,
+            matte: tables.zonal(3),
+            nodes: nodes.collect(),
+        }
     }
 
     /// Whether the material has a matte base or sheen.
@@ -270,12 +298,13 @@ impl Formula {
             [w, facets.whole, 0.0, 0.0]
         });
         let [w_mean, whole, ..] = layers.means();
-        let several = |f_0: f64, f_90: f64| {
-            let average = f_0 + (f_90 - f_0) / 21.0;
-            average * average * whole / (1.0 - average * (1.0 - whole))
-        };
-        let of_dielectric = dielectric.map(|f_0| several(f_0, specular));
+        let of_dielectric = dielectric.map(|f_0| several(f_0, specular, whole));
 
+        let mut parts = albedos.iter();
+        let of_layers = Tables::new(|_| {
+            let (facets, fibres, under_coat) = parts.next().copied().unwrap_or_default();
+            [facets.scale, facets.bias, 1.0 - under_coat, fibres]
+        });
         let mut albedos = albedos.into_iter();
         let tables = Tables::new(|view| {
             let [[_, u, s, _], [w, ..]] = [left.at(view), layers.at(view)];
@@ -298,10 +327,13 @@ impl Formula {
             coat: clearcoat,
             charlie,
             sheen,
-            multiple: channels
-                .map(|channel| mix(of_dielectric[channel], several(base_color[channel], 1.0)) * over(w_mean)),
+            multiple: channels.map(|channel| {
+                mix(of_dielectric[channel], several(base_color[channel], 1.0, whole)) * over(w_mean)
+            }),
             diffuse: base_color.map(|colour| (1.0 - metallic) * colour * over(t_mean)),
             tables,
+            albedos: of_layers,
+            whole,
         }
     }
 

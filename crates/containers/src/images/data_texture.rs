@@ -2,22 +2,13 @@
 //!
 //! Numbers are taken as they are stored, 0 to 1 for integers; profiles and gamma do not apply.
 
+use brdf::Wrap;
+
 use super::raster::Raster;
 use super::recognition::identify;
 use super::{jpeg, png, webp};
 use crate::error::Error;
 use crate::format::Format;
-
-/// How coordinates outside of 0 to 1 are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrap {
-    /// The picture is repeated.
-    Repeat,
-    /// The picture is repeated, every other time in a mirror.
-    Mirror,
-    /// The edge of the picture goes on.
-    Clamp,
-}
 
 /// The texels of a picture, red, green, blue and alpha as they are stored.
 #[derive(Clone, Debug, PartialEq)]

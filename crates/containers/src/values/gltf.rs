@@ -29,6 +29,7 @@ use crate::error::{Error, ErrorKind};
 
 mod accessors;
 mod anisotropy;
+mod base_color;
 mod buffers;
 mod document;
 mod element;
@@ -38,6 +39,7 @@ mod image_based_light;
 mod instances;
 mod materials;
 mod meshopt;
+mod sampler;
 mod skins;
 mod texels;
 mod texture_transform;

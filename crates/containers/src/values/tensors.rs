@@ -6,7 +6,7 @@
 //! | `light-field` | `points` [P, 3] and the light at each, `sh` [P, (F+1)^2, 3], f64 | |
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
 //! | `reflection` | `sh` and `rho`, of one degree F; those of its parts; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
-//! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured | `material` |
+//! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured; `base_color` [height, width, 3] u8 if previews show a texture | `material`, `base_color` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `components` | `components` [K, 6, edge + 2, edge + 2, 3] and `weights` [K, 64, 64] f32; in 8 bits see [`encode_packed_components`]; `lights` as above | `centre`, `components`, `edge`, `frame`, `disc`, `lamps` |
@@ -45,6 +45,7 @@ use sh::{Expansion, Lighting};
 use shrm::{Lamps, Reflection};
 use sphere::LatLong;
 
+mod base_color;
 mod brdf_table;
 mod components;
 mod file;
@@ -65,7 +66,7 @@ pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use components::{WEIGHTS, component_metadata, encode_components, encode_packed_components};
 pub use light_field::{decode_light_field, encode_light_field};
 pub use light_rig::encode_light_rig;
-pub use material::{decode_material, encode_material};
+pub use material::{decode_material, decode_textured_material, encode_material, encode_textured_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use prefiltered::{decode_prefiltered, encode_prefiltered};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use brdf::StandardParameters;
+use brdf::{BaseColorTexture, StandardParameters, TexturePlacement, Wrap};
 use containers::{
     Error, ErrorKind, GltfMaterial, MaterialChoice, gltf_materials, read_gltf_material, write_png,
 };
@@ -122,6 +122,50 @@ fn textures_become_their_mean_times_their_factor() {
         ]
     );
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    let placement = TexturePlacement {
+        factor: [1.0, 0.5, 0.25],
+        transform: [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0]],
+        ..TexturePlacement::default()
+    };
+    let expected = BaseColorTexture::new([2, 1], vec![[0, 51, 102], [255, 153, 0]], placement);
+    assert_eq!(found.base_color, expected);
+}
+
+/// Its sampler, its transform, of which a quarter turn takes (u, v) to (v, -u), and its set of coordinates,
+/// which must be that of the normal texture, because a mesh keeps those.
+#[test]
+fn the_texture_of_the_base_colour_is_placed_as_its_reference_says() {
+    let (mut document, binary) = painted();
+    let turned = json!({ "offset": [0.25, -1.0], "rotation": std::f64::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1 });
+    document["textures"][0]["sampler"] = 0.into();
+    document["samplers"] = json!([{ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728 }]);
+    document["images"][3] = document["images"][1].clone();
+    let material = &mut document["materials"][0];
+    material["pbrMetallicRoughness"]["baseColorTexture"] =
+        json!({ "index": 0, "extensions": { "KHR_texture_transform": turned } });
+    let other_set = self::material(&glb(&document, &binary), None).unwrap();
+    assert_eq!(other_set.base_color, None);
+    assert_eq!(
+        other_set.notes[1],
+        "base_color: previews show its mean, because its texture has the coordinates 1, and a mesh those of its normal texture, 0"
+    );
+    document["materials"][0]["normalTexture"] = json!({ "index": 3, "texCoord": 1 });
+    let found = self::material(&glb(&document, &binary), None).unwrap();
+    assert_eq!((&found.material, found.notes.len()), (&other_set.material, other_set.notes.len() - 1));
+    let texture = found.base_color.unwrap();
+    let placement = texture.placement();
+    assert_eq!((placement.wrap, placement.is_nearest), ([Wrap::Clamp, Wrap::Mirror], true));
+    for (at, expected) in [([0.0, 0.0], [0.25, -1.0]), ([1.0, 0.0], [0.25, -3.0]), ([0.0, 1.0], [3.25, -1.0])]
+    {
+        let found = placement.coordinates(at);
+        assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-6), "{at:?} {found:?}");
+    }
+    // A picture that ends early is an error, not a texture.
+    document["images"][0] = document["images"][3].clone();
+    let uri = document["images"][0]["uri"].as_str().unwrap();
+    document["images"][0]["uri"] = uri[..uri.len() - 24].into();
+    let truncated = error(&document, &binary);
+    assert!(truncated.contains("baseColorTexture"), "{truncated}");
 }
 
 /// glTF's defaults: a rough white metal, and under an extension those of the extension.

@@ -9,10 +9,12 @@ use super::product_sampling::BandSamplers;
 use super::rasteriser::{Band, Hit};
 use super::shader::{BandState, LookCache, Shader};
 use crate::shading::background::background;
+use crate::shading::base_color::{BaseColorMap, base_color};
 use crate::shading::develop::develop;
 use crate::shading::difference::{Squares, difference};
 use crate::shading::shadows::Shadows;
-use crate::{Background, Light, Object, RenderError, Scene, Shot, Show, ViewTransform};
+use crate::shading::texture::texture;
+use crate::{Background, Light, Mode, Object, RenderError, Scene, Shot, Show, ViewTransform};
 
 /// The number of rows of pixels in a band.
 pub(super) const BAND: usize = 4;
@@ -27,6 +29,10 @@ pub(super) struct BandRenderer<'a> {
     bins: Vec<Vec<u32>>,
     /// The shaders of all looks, for each mode of [`Show::modes`].
     shaders: Vec<Vec<Shader<'a>>>,
+    /// Whether the material is seen in each of these modes.
+    shows_material: Vec<bool>,
+    /// The texture of each object, if it has one.
+    textures: Vec<Option<&'a BaseColorMap>>,
     /// The index of each object's look.
     looks: Vec<usize>,
     /// The shadows of each object on itself, if there are any.
@@ -64,12 +70,15 @@ impl<'a> BandRenderer<'a> {
         }
         let look = |object: &Object| LookCache::index(caches, &object.look).unwrap_or_default();
         let looks = scene.objects.iter().map(look).collect();
+        let textures = scene.objects.iter().map(Object::base_color_map).collect();
+        let shows_material = shot.show.modes().map(Mode::shows_material).collect();
         if shot.background == Background::Harmonics {
             // It runs on all threads, so no band may be the first to need it.
             scene.light.reconstruction();
         }
         let shadows = objects.shadows(scene, shot);
-        Ok(Self { shot, light: &scene.light, transform, geometry, bins, shaders, looks, shadows })
+        let light = &scene.light;
+        Ok(Self { shot, light, transform, geometry, bins, shaders, shows_material, textures, looks, shadows })
     }
 
     /// Draws the pixels of a band: mean radiance and coverage, and display values. Returns a difference's
@@ -128,11 +137,19 @@ impl<'a> BandRenderer<'a> {
         state: &mut BandState<'_>,
     ) -> Result<Vec3, RenderError> {
         // If both sides have the same mode, it has one entry.
-        let shaders = &self.shaders[mode.min(self.shaders.len() - 1)];
+        let mode = mode.min(self.shaders.len() - 1);
+        let shaders = &self.shaders[mode];
         let number = row.wrapping_mul(self.transform.size[0]).wrapping_add(column);
         let light_samples = self.shot.light_samples;
         let shadows = self.shadows[seen.object].as_ref();
-        shaders[self.looks[seen.object]].radiance(seen, number, light_samples, shadows, state)
+        let shader = &shaders[self.looks[seen.object]];
+        let radiance = shader.radiance(seen, number, light_samples, shadows, state)?;
+        Ok(match (self.textures[seen.object], &seen.spot) {
+            (Some(map), Some(spot)) if self.shows_material[mode] => {
+                base_color(&map.response, texture(&map.texture, spot), radiance, &seen.surface)
+            }
+            _ => radiance,
+        })
     }
 
     /// A sample that hits a surface; `by` is its radiance in the first or the second mode.

@@ -19,6 +19,8 @@ pub(super) struct Corner {
     pub(super) tangent: Vec3,
     /// The radiance toward the viewer in the first and the second mode, if they shade vertices.
     pub(super) radiance: [Vec3; 2],
+    /// The coordinates of the texture, if the object shows one.
+    pub(super) coordinates: Vec2,
 }
 
 /// The clipping planes.
@@ -89,5 +91,6 @@ fn between(inner: &Corner, outer: &Corner, share: f32) -> Corner {
         normal: between(inner.normal, outer.normal),
         tangent: between(inner.tangent, outer.tangent),
         radiance: [0, 1].map(|mode| between(inner.radiance[mode], outer.radiance[mode])),
+        coordinates: inner.coordinates + (outer.coordinates - inner.coordinates) * share,
     }
 }

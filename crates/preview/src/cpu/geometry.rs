@@ -2,10 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
+use mesh::Mesh;
 use rayon::prelude::*;
 
 use super::clip::{Corner, LOST, Planes};
+use crate::shading::base_color::BaseColorMap;
 use crate::{Object, Placed, Scene, ViewTransform};
 
 /// The steps per sample along each axis.
@@ -52,12 +54,18 @@ pub(super) struct Triangle {
 pub(super) struct Geometry {
     pub(super) vertices: Vec<Vertex>,
     pub(super) triangles: Vec<Triangle>,
+    /// The coordinates of the vertices in the textures of their objects, 0 in an object without one; empty
+    /// if no object has one.
+    pub(super) coordinates: Vec<Vec2>,
+    /// Whether each object has a texture.
+    pub(super) is_textured: Vec<bool>,
 }
 
 impl Geometry {
     /// The geometry of a scene, with the radiance of the vertices of each object.
     pub(super) fn new(scene: &Scene, transform: &ViewTransform, radiance: &[VertexRadiance<'_>]) -> Self {
-        let mut geometry = Self::default();
+        let is_textured = scene.objects.iter().map(|object| object.base_color_map().is_some()).collect();
+        let mut geometry = Self { is_textured, ..Self::default() };
         for (number, object) in scene.objects.iter().enumerate() {
             let radiance = radiance.get(number).copied().unwrap_or_default();
             geometry.add(number as u32, object, transform, radiance);
@@ -68,6 +76,8 @@ impl Geometry {
     fn add(&mut self, number: u32, object: &Object, transform: &ViewTransform, radiance: VertexRadiance<'_>) {
         let Placed { clip, normal, tangent, mirrored } = transform.place(object);
         let (mesh, planes) = (&object.mesh, Planes::new(transform.size));
+        let keeps_coordinates = self.is_textured.contains(&true);
+        let coordinates = |vertex: usize| coordinates(object.base_color_map(), mesh, vertex);
         let corner = |vertex: usize| {
             let [x, y, z, _] = mesh.tangents()[vertex];
             Corner {
@@ -76,6 +86,7 @@ impl Geometry {
                 normal: normal * Vec3::from(mesh.normals()[vertex]),
                 tangent: tangent * Vec3::new(x, y, z),
                 radiance: radiance.map(|of| of.get(vertex).map_or(Vec3::ZERO, |rgb| Vec3::from(*rgb))),
+                coordinates: if keeps_coordinates { coordinates(vertex) } else { Vec2::ZERO },
             }
         };
         let first = self.vertices.len() as u32;
@@ -87,6 +98,9 @@ impl Geometry {
             })
             .unzip();
         self.vertices.extend(vertices);
+        if keeps_coordinates {
+            self.coordinates.extend((0..mesh.positions().len()).map(coordinates));
+        }
         for &corners in mesh.triangles() {
             let bits = corners.map(|vertex| outside[vertex as usize]);
             if bits.contains(&LOST) || bits[0] & bits[1] & bits[2] != 0 {
@@ -100,6 +114,9 @@ impl Geometry {
             let polygon = planes.cut(corners.map(|vertex| corner(vertex as usize)), crossed);
             let start = self.vertices.len() as u32;
             self.vertices.extend(polygon.iter().map(|corner| on_screen(corner, transform.size)));
+            if keeps_coordinates {
+                self.coordinates.extend(polygon.iter().map(|corner| corner.coordinates));
+            }
             for k in 2..polygon.len() as u32 {
                 self.push(number, [start, start + k - 1, start + k], mirrored, transform.size);
             }
@@ -126,6 +143,14 @@ impl Geometry {
         // Counter-clockwise triangles have a negative area, because y points down.
         let corners = if area < 0 { [a, c, b] } else { corners };
         self.triangles.push(Triangle { corners, object, front: (area < 0) != mirrored, columns, rows });
+    }
+}
+
+/// The coordinates of a vertex in a texture.
+fn coordinates(map: Option<&BaseColorMap>, mesh: &Mesh, vertex: usize) -> Vec2 {
+    match (map, mesh.coordinates()) {
+        (Some(map), Some(of_mesh)) => map.texture.placement().coordinates(of_mesh[vertex]).into(),
+        _ => Vec2::ZERO,
     }
 }
 

@@ -3,16 +3,17 @@
 //! A clockwise triangle covers a sample to the right of all its edges. A sample on an edge belongs to the
 //! triangle for which that is a top or left edge, so triangles that share an edge cover each sample on it
 //! once. The nearest depth wins; of equal depths, the first drawn. Depth is linear on the screen. Position,
-//! normal, tangent and radiance are linear on the triangle: they are the sum of l_k v_k / w_k divided by the
-//! sum of l_k / w_k.
+//! normal, tangent, radiance and coordinates are linear on the triangle: they are the sum of l_k v_k / w_k
+//! divided by the sum of l_k / w_k.
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::geometry::{Geometry, STEPS, Triangle, Vertex, twice_the_area};
 use crate::ViewTransform;
 use crate::shading::surface::Surface;
+use crate::shading::texture::TextureSpot;
 
 /// Triangles with fewer columns test every sample of their bounding box.
 const MIN_COLUMNS: i32 = 16;
@@ -42,6 +43,8 @@ pub(super) struct Hit {
     /// The radiance of the vertices in the first and the second mode; black on the inner side, where vertices
     /// have none.
     pub(super) radiance: [Vec3; 2],
+    /// The place in the texture of the object, if it has one.
+    pub(super) spot: Option<TextureSpot>,
 }
 
 /// An edge of a triangle.
@@ -160,6 +163,8 @@ impl Band {
             surface,
             position: position / nearness,
             radiance: radiance.map(|sum| sum * side),
+            spot: geometry.is_textured[triangle.object as usize]
+                .then(|| spot(geometry, triangle, column, row)),
         })
     }
 }
@@ -196,4 +201,28 @@ impl Interpolated {
         }
         sum
     }
+}
+
+/// The place of a sample in the texture of its triangle. The sums of l_k u_k / w_k and l_k / w_k are
+/// linear on the screen, so the derivatives of their ratio follow from their steps.
+fn spot(geometry: &Geometry, triangle: &Triangle, column: u32, row: u32) -> TextureSpot {
+    let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
+    let coordinates = triangle.corners.map(|corner| geometry.coordinates[corner as usize]);
+    let at = corners.map(|corner| corner.at);
+    let scale = 1.0 / twice_the_area(at) as f32;
+    // The sums of l_k u_k / w_k and of l_k / w_k, and their steps to the right and down.
+    let mut sums = [(Vec2::ZERO, 0.0); 3];
+    for ((corner, edge), coordinates) in corners.into_iter().zip(edges(at)).zip(coordinates) {
+        let area = edge.area(column as i32, row as i32);
+        let [x, y] = edge.along.map(|along| along * i64::from(STEPS));
+        for ((sum, nearness), step) in sums.iter_mut().zip([area, -y, x]) {
+            let share = step as f32 * scale * corner.nearness;
+            *sum += coordinates * share;
+            *nearness += share;
+        }
+    }
+    let [(sum, nearness), across, down] = sums;
+    let at = sum / nearness;
+    let step = |(step, of_nearness): (Vec2, f32)| (step - at * of_nearness) / nearness;
+    TextureSpot { at, across: step(across), down: step(down) }
 }

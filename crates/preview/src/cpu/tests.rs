@@ -7,6 +7,7 @@ mod pictures;
 mod product;
 mod surfaces;
 mod taps;
+mod textures;
 mod vertices;
 
 use std::sync::Arc;

@@ -20,6 +20,8 @@ pub(super) struct DeviceCanvas {
     pub(super) depth: wgpu::TextureView,
     /// The map that a mode has drawn to read it: the radiance of vertices, or positions in the mesh.
     pub(super) drawn_map: Option<(Map, wgpu::TextureView)>,
+    /// The base colours of textures.
+    pub(super) colours: Option<wgpu::TextureView>,
     /// Sums over the samples of pixels: radiance, and the number of samples that hit a surface.
     pub(super) radiances: wgpu::Buffer,
     /// Sums over the samples of pixels: display light.
@@ -75,6 +77,7 @@ impl DeviceCanvas {
             tangents: side("the picture", TEXELS, TextureUsages::TEXTURE_BINDING)?,
             depth: side("the picture", DEPTH, TextureUsages::empty())?,
             drawn_map: None,
+            colours: None,
             radiances: device.buffer("the picture", sums, 16 * pixels)?,
             displays: device.buffer("the picture", sums, 16 * pixels)?,
             squares: device.buffer("the picture", sums, squares)?,
@@ -92,6 +95,17 @@ impl DeviceCanvas {
     ) -> Result<(), RenderError> {
         if self.drawn_map.is_none() {
             self.drawn_map = Some(Map::picture(device, layouts, self.size)?);
+        }
+        Ok(())
+    }
+
+    /// Makes sure that [`DeviceCanvas::colours`] exist.
+    pub(super) fn reserve_colours(&mut self, device: &Device) -> Result<(), RenderError> {
+        if self.colours.is_none() {
+            let [width, height] = self.size.map(u64::from);
+            let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
+            let texture = device.texture("the picture", TEXELS, usage, [width, height, 1])?;
+            self.colours = Some(texture.create_view(&TextureViewDescriptor::default()));
         }
         Ok(())
     }

@@ -19,6 +19,9 @@ struct DevelopUniforms {
     ends: u32,
     // The index of this sample's first square.
     first_square: u32,
+    // 1 if the mode shows the material, so that a texture changes it.
+    first_shows_material: u32,
+    second_shows_material: u32,
 }
 
 const SHOW_ONE = 0u;
@@ -80,15 +83,15 @@ fn develop_sample(pixel: vec2u) -> vec4f {
         let gain = select(settings.gain, 1.0, settings.background == BACKGROUND_FLAT);
         display = vec4f(develop(radiance.rgb, gain, settings.tone), 1.0);
     } else {
-        var value = first_mode[index].rgb / settings.first_count;
+        var value = shown_radiance(pixel, 0u, first_mode[index].rgb / settings.first_count);
         var shown = 1.0;
         if settings.show == SHOW_DIFFERENCE {
-            let compared = second_mode[index].rgb / settings.second_count;
+            let compared = shown_radiance(pixel, 1u, second_mode[index].rgb / settings.second_count);
             value = difference(value, compared);
             shown = settings.amplify;
             square = vec4f(dot(value, value), dot(compared, compared), 1.0, 0.0);
         } else if settings.show == SHOW_SPLIT && pixel.x >= settings.divider {
-            value = second_mode[index].rgb / settings.second_count;
+            value = shown_radiance(pixel, 1u, second_mode[index].rgb / settings.second_count);
         }
         radiance = vec4f(value, 1.0);
         display = vec4f(develop(value * shown, settings.gain, settings.tone), 1.0);

@@ -33,7 +33,8 @@ struct PlacedUniforms {
     tangent: [[f32; 4]; 3],
     number: f32,
     mirrored: u32,
-    unused: [u32; 2],
+    samples: f32,
+    unused: u32,
 }
 
 /// The struct `PartUniforms` of shade.wgsl.
@@ -63,7 +64,7 @@ struct DevelopUniforms {
     begins: u32,
     ends: u32,
     first_square: u32,
-    unused: [u32; 2],
+    shows_material: [u32; 2],
 }
 
 /// An object in the picture, and a rectangle that contains its pixels.
@@ -120,7 +121,8 @@ impl<'a> FrameEncoder<'a> {
                 tangent: columns(at.tangent),
                 number: (index + 1) as f32,
                 mirrored: u32::from(at.mirrored),
-                unused: [0; 2],
+                samples: count as f32,
+                unused: 0,
             }));
         }
         let places = device.uniforms("where objects are", &places)?;
@@ -173,6 +175,7 @@ impl<'a> FrameEncoder<'a> {
         mut accumulate: impl FnMut(&mut CommandEncoder, usize) -> Result<u32, RenderError>,
     ) -> Result<(), RenderError> {
         self.raster(encoder, sample);
+        self.raster_colours(encoder, sample);
         let mut counts = [1; 2];
         for (side, mode) in self.shot.show.sides().into_iter().enumerate() {
             let Some(mode) = mode else { continue };
@@ -209,6 +212,29 @@ impl<'a> FrameEncoder<'a> {
             let shaded = self.resources.vertices.get(&(object, mode));
             shaded.map(|shaded| pass.set_vertex_buffer(1, shaded.radiance.slice(..))).is_some()
         });
+    }
+
+    /// Draws the base colours of textures at one sample of each pixel, if the picture shows one.
+    fn raster_colours(&self, encoder: &mut CommandEncoder, sample: usize) {
+        let Resources { textures, pipelines, .. } = self.resources;
+        let (Some(target), Some(pipelines)) = (self.colours(), &pipelines.textured) else { return };
+        let mut pass = self.raster_pass(encoder, &[cleared(target)]);
+        self.draw_visible(&mut pass, sample, |pass, object| {
+            match textures.of(object, &self.scene.objects[object].look) {
+                Some((texture, coordinates)) => {
+                    pass.set_pipeline(&pipelines.coloured);
+                    pass.set_bind_group(1, texture, &[]);
+                    pass.set_vertex_buffer(1, coordinates.slice(..));
+                }
+                None => pass.set_pipeline(&pipelines.uncoloured),
+            }
+            true
+        });
+    }
+
+    /// The target of base colours, if the picture shows a texture.
+    fn colours(&self) -> Option<&'a wgpu::TextureView> {
+        self.canvas.colours.as_ref().filter(|_| self.resources.textures.is_shown)
     }
 
     /// Begins a pass that draws the nearest surfaces.
@@ -361,7 +387,7 @@ impl<'a> FrameEncoder<'a> {
         sample: usize,
         counts: [u32; 2],
     ) -> Result<(), RenderError> {
-        let Resources { device, layouts, pipelines, .. } = self.resources;
+        let Resources { device, layouts, pipelines, textures, .. } = self.resources;
         let (Some(first), Some(second)) = (self.canvas.light(0, sample), self.canvas.light(1, sample)) else {
             return Ok(());
         };
@@ -386,7 +412,11 @@ impl<'a> FrameEncoder<'a> {
             begins: u32::from(sample == 0),
             ends: u32::from(sample + 1 == self.samples.len()),
             first_square: sample as u32 * across * down,
-            unused: [0; 2],
+            shows_material: self
+                .shot
+                .show
+                .sides()
+                .map(|mode| u32::from(mode.is_some_and(Mode::shows_material))),
         };
         let uniforms = device.filled("developing", BufferUsages::UNIFORM, &[uniforms])?;
         let buffers = [
@@ -398,17 +428,27 @@ impl<'a> FrameEncoder<'a> {
             &self.canvas.squares,
             &self.canvas.codes,
         ];
-        let entries: Vec<BindGroupEntry<'_>> = (0..)
+        let mut entries: Vec<BindGroupEntry<'_>> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
+        let (mut layout, mut pipeline) = (&layouts.develop, &pipelines.develop);
+        if let (Some(colours), Some(responses), Some(textured)) =
+            (self.colours(), textures.responses(), &pipelines.textured)
+        {
+            (layout, pipeline) = (&layouts.develop_textured, &textured.develop);
+            let views = (7..).zip([colours, responses]);
+            let entry =
+                |(binding, view)| BindGroupEntry { binding, resource: BindingResource::TextureView(view) };
+            entries.extend(views.map(entry));
+        }
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("developing"),
-            layout: &layouts.develop,
+            layout,
             entries: &entries,
         });
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipelines.develop);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &self.samples[sample], &[]);
         pass.set_bind_group(1, self.background, &[]);
         pass.set_bind_group(2, &bound, &[]);

@@ -24,6 +24,8 @@ use crate::{Look, Mode};
 const FRAME: &str = include_str!("frame.wgsl");
 const MAP: &str = include_str!("map.wgsl");
 const RASTER: &str = include_str!("raster.wgsl");
+const COLOURED: &str = include_str!("coloured.wgsl");
+const TEXTURED: &str = include_str!("textured.wgsl");
 const SHADE: &str = include_str!("shade.wgsl");
 const UPDATE: &str = include_str!("update.wgsl");
 const DEVELOP_PASS: &str = include_str!("develop.wgsl");
@@ -40,6 +42,8 @@ const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
 const DEVELOP: &str = include_str!("../shading/develop.wgsl");
 const SEQUENCE: &str = include_str!("../shading/sequence.wgsl");
 const LIGHT_SAMPLES: &str = include_str!("../shading/light_samples.wgsl");
+const TEXTURE: &str = include_str!("../shading/texture.wgsl");
+const BASE_COLOR: &str = include_str!("../shading/base_color.wgsl");
 const BRUTE_FORCE: &str = include_str!("../shading/brute_force.wgsl");
 const SHADOWS: &str = include_str!("../shading/shadows.wgsl");
 const LAMPS: &str = include_str!("../shading/lamps.wgsl");
@@ -57,6 +61,8 @@ pub(super) struct Layouts {
     pub(super) shade: wgpu::BindGroupLayout,
     pub(super) update: wgpu::BindGroupLayout,
     pub(super) develop: wgpu::BindGroupLayout,
+    pub(super) develop_textured: wgpu::BindGroupLayout,
+    pub(super) texture: wgpu::BindGroupLayout,
     pub(super) present: wgpu::BindGroupLayout,
     pub(super) vertices: wgpu::BindGroupLayout,
     pub(super) light: wgpu::BindGroupLayout,
@@ -78,8 +84,20 @@ pub(super) struct Pipelines {
     pub(super) shaded: wgpu::RenderPipeline,
     /// The pipeline that draws positions in the mesh.
     pub(super) located: wgpu::RenderPipeline,
+    /// The pipelines of textures, compiled when a texture is first shown.
+    pub(super) textured: Option<TexturedPipelines>,
     /// The pipelines of modes, for the models of the materials that they look at.
     modes: HashMap<(Mode, BTreeSet<u32>), wgpu::ComputePipeline>,
+}
+
+/// The pipelines of scenes with textures.
+#[derive(Debug)]
+pub(super) struct TexturedPipelines {
+    /// The pipeline that draws the base colours of an object with a texture.
+    pub(super) coloured: wgpu::RenderPipeline,
+    /// The pipeline that draws an object without a texture.
+    pub(super) uncoloured: wgpu::RenderPipeline,
+    pub(super) develop: wgpu::ComputePipeline,
 }
 
 impl Layouts {
@@ -89,6 +107,17 @@ impl Layouts {
         let layout = |label: &str, entries: &[BindGroupLayoutEntry]| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
+        let developing = [
+            entry(0, compute, uniform()),
+            entry(1, compute, read()),
+            entry(2, compute, read()),
+            entry(3, compute, write()),
+            entry(4, compute, write()),
+            entry(5, compute, write()),
+            entry(6, compute, write()),
+            entry(7, compute, texture(TextureViewDimension::D2)),
+            entry(8, compute, texture(TextureViewDimension::D2)),
+        ];
         Self {
             placed: layout("an object", &[entry(0, vertex, one_of_many())]),
             frame: layout(
@@ -120,17 +149,11 @@ impl Layouts {
                     entry(2, compute, read()),
                 ],
             ),
-            develop: layout(
-                "developing",
-                &[
-                    entry(0, compute, uniform()),
-                    entry(1, compute, read()),
-                    entry(2, compute, read()),
-                    entry(3, compute, write()),
-                    entry(4, compute, write()),
-                    entry(5, compute, write()),
-                    entry(6, compute, write()),
-                ],
+            develop: layout("developing", &developing[..7]),
+            develop_textured: layout("developing", &developing),
+            texture: layout(
+                "a texture",
+                &[entry(0, ShaderStages::FRAGMENT, uniform()), entry(1, ShaderStages::FRAGMENT, read())],
             ),
             present: layout(
                 "codes",
@@ -165,18 +188,19 @@ impl Layouts {
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
+        let placed = Drawing { groups: &[Some(&layouts.placed)], source: RASTER };
         Self {
-            raster: raster(device, layouts, ["vertex", "fragment"], &[Some(Shape::LAYOUT)], 2),
+            raster: raster(device, &placed, ["vertex", "fragment"], &[Some(Shape::LAYOUT)], 2),
             shaded: raster(
                 device,
-                layouts,
+                &placed,
                 ["shaded_vertex", "shaded_fragment"],
                 &[Some(Shape::LAYOUT), Some(Shape::RADIANCE)],
                 1,
             ),
             located: raster(
                 device,
-                layouts,
+                &placed,
                 ["located_vertex", "located_fragment"],
                 &[Some(Shape::LAYOUT)],
                 1,
@@ -192,9 +216,10 @@ impl Pipelines {
                 device,
                 "develop_samples",
                 &[Some(&layouts.frame), Some(&layouts.map), Some(&layouts.develop)],
-                &develop_source(),
+                &develop_source(&[UNTEXTURED]),
             ),
             present: present(device, layouts, target),
+            textured: None,
             modes: HashMap::new(),
             device: device.clone(),
         }
@@ -203,6 +228,38 @@ impl Pipelines {
     /// The pipeline of a mode for a look, if it was prepared.
     pub(super) fn mode(&self, mode: Mode, look: &Look) -> Option<&wgpu::ComputePipeline> {
         self.modes.get(&(mode, models(mode, look)))
+    }
+
+    /// Compiles the pipelines of textures unless that was done before.
+    pub(super) fn prepare_textured(&mut self, layouts: &Layouts) {
+        let device = &self.device;
+        self.textured.get_or_insert_with(|| {
+            let source = &coloured_source();
+            let placed = Drawing { groups: &[Some(&layouts.placed)], source };
+            let textured = Drawing { groups: &[Some(&layouts.placed), Some(&layouts.texture)], source };
+            TexturedPipelines {
+                coloured: raster(
+                    device,
+                    &textured,
+                    ["coloured_vertex", "coloured_fragment"],
+                    &[Some(Shape::LAYOUT), Some(Shape::COORDINATES)],
+                    1,
+                ),
+                uncoloured: raster(
+                    device,
+                    &placed,
+                    ["uncoloured_vertex", "uncoloured_fragment"],
+                    &[Some(Shape::LAYOUT)],
+                    1,
+                ),
+                develop: compute(
+                    device,
+                    "develop_samples",
+                    &[Some(&layouts.frame), Some(&layouts.map), Some(&layouts.develop_textured)],
+                    &develop_source(&[BASE_COLOR, TEXTURED]),
+                ),
+            }
+        });
     }
 
     /// Compiles the pipeline of a mode for materials of these models unless that was done before.
@@ -229,7 +286,9 @@ pub(super) fn sources() -> Vec<(String, String)> {
     let mut sources = vec![
         ("raster".to_owned(), RASTER.to_owned()),
         ("update".to_owned(), update_source()),
-        ("develop".to_owned(), develop_source()),
+        ("develop".to_owned(), develop_source(&[UNTEXTURED])),
+        ("coloured".to_owned(), coloured_source()),
+        ("develop with textures".to_owned(), develop_source(&[BASE_COLOR, TEXTURED])),
         ("present".to_owned(), PRESENT.to_owned()),
         ("vertices".to_owned(), vertices_source()),
     ];
@@ -242,8 +301,18 @@ fn update_source() -> String {
     [MAP, SURFACE, CUBE, HARMONICS, GLOBAL_SHRM, UPDATE].concat()
 }
 
-fn develop_source() -> String {
-    [FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS].concat()
+/// What development shows without textures.
+const UNTEXTURED: &str =
+    "fn shown_radiance(pixel: vec2u, side: u32, radiance: vec3f) -> vec3f { return radiance; }\n";
+
+/// Development with `shown_radiance` of these files.
+fn develop_source(shown: &[&str]) -> String {
+    let files = [FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, BACKGROUND, DIFFERENCE, DEVELOP, DEVELOP_PASS];
+    files.concat() + &shown.concat()
+}
+
+fn coloured_source() -> String {
+    [RASTER, TEXTURE, COLOURED].concat()
 }
 
 fn vertices_source() -> String {
@@ -322,18 +391,24 @@ fn compute(
     })
 }
 
+/// The bindings and the shader of a pass that draws meshes.
+struct Drawing<'a> {
+    groups: &'a [Option<&'a wgpu::BindGroupLayout>],
+    source: &'a str,
+}
+
 /// Draws meshes with a depth test into so many colours.
 fn raster(
     device: &wgpu::Device,
-    layouts: &Layouts,
+    drawing: &Drawing<'_>,
     [vertex, fragment]: [&str; 2],
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
     colours: usize,
 ) -> wgpu::RenderPipeline {
-    let module = module(device, "raster", RASTER);
+    let module = module(device, "raster", drawing.source);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("raster"),
-        layout: Some(&pipeline_layout(device, &[Some(&layouts.placed)])),
+        layout: Some(&pipeline_layout(device, drawing.groups)),
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some(vertex),

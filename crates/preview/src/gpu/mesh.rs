@@ -45,6 +45,13 @@ impl Shape {
         attributes: &wgpu::vertex_attr_array![3 => Float32x4],
     };
 
+    /// The coordinates of vertices in a texture, in a buffer of their own.
+    pub(super) const COORDINATES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<[f32; 2]>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![3 => Float32x2],
+    };
+
     /// The buffers of a mesh; `None` if it has no triangles.
     pub(super) fn new(device: &Device, mesh: &Mesh) -> Result<Option<Self>, RenderError> {
         if mesh.triangles().is_empty() {

@@ -1,6 +1,6 @@
 //! The numbers of enumerations in shaders, where each has the same name.
 
-use brdf::Centre;
+use brdf::{Centre, Wrap};
 use envmap::ToneMap;
 
 use crate::{Background, Show};
@@ -27,6 +27,9 @@ numbers! {
     SHOW_ONE = 0
     SHOW_SPLIT = 1
     SHOW_DIFFERENCE = 2
+    TEXTURE_REPEAT = 0
+    TEXTURE_MIRROR = 1
+    TEXTURE_CLAMP = 2
 }
 
 /// The central direction of a map.
@@ -61,6 +64,15 @@ pub(super) fn show(show: Show) -> u32 {
         Show::One(_) => SHOW_ONE,
         Show::Split { .. } => SHOW_SPLIT,
         Show::Difference { .. } => SHOW_DIFFERENCE,
+    }
+}
+
+/// How a texture goes on.
+pub(super) fn wrap(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => TEXTURE_REPEAT,
+        Wrap::Mirror => TEXTURE_MIRROR,
+        Wrap::Clamp => TEXTURE_CLAMP,
     }
 }
 

@@ -8,6 +8,8 @@ struct PlacedUniforms {
     // The object's number, from 1.
     number: f32,
     mirrored: u32,
+    // Samples along each side of a pixel.
+    samples: f32,
 }
 
 @group(0) @binding(0) var<uniform> placed: PlacedUniforms;

@@ -13,6 +13,7 @@ use super::layouts::{Layouts, Pipelines, models};
 use super::maps::{LightMaps, LookMaps, Map, scale_space};
 use super::mesh::Shape;
 use super::shadow_tree::{ShadowTree, ShadowUniforms};
+use super::textures::Textures;
 use super::vertices::ShadedVertices;
 use crate::shading::harmonics::Harmonics;
 use crate::vertex_shading::ShadedMesh;
@@ -37,6 +38,7 @@ pub(super) struct Resources {
     /// The vertices that a BRDF table shades, by the number of the object, and the mode.
     pub(super) vertices: HashMap<(usize, Mode), ShadedVertices>,
     /// The constants of the harmonics, up to a degree.
+    pub(super) textures: Textures,
     pub(super) harmonics: wgpu::Buffer,
     degree: usize,
     /// A map for passes that read none.
@@ -63,6 +65,7 @@ impl Resources {
             trees: IdentityCache::default(),
             shadowed: HashMap::new(),
             vertices: HashMap::new(),
+            textures: Textures::default(),
             harmonics,
             degree: DEGREE,
             empty_map,
@@ -84,6 +87,10 @@ impl Resources {
             mesh.is_some_and(|mesh| shaded.is_of(&mesh))
         });
         let Self { device, layouts, .. } = self;
+        self.textures.prepare(device, layouts, scene, shot)?;
+        if self.textures.is_shown {
+            self.pipelines.prepare_textured(layouts);
+        }
         let lights = self.lights.get_or_make(&scene.light, || Ok(LightMaps::default()))?;
         match shot.background {
             Background::Environment => lights.prepare_environment(device, layouts, &scene.light)?,

@@ -123,6 +123,7 @@ fn a_device_with_the_required_limits_is_sufficient() {
             let mut resources = Resources::new(device.clone(), Gpu::TARGET)?;
             let Resources { pipelines, layouts, .. } = &mut resources;
             Mode::ALL.into_iter().for_each(|mode| pipelines.prepare(layouts, mode, all_models()));
+            pipelines.prepare_textured(layouts);
             Ok(())
         });
         resources.map_err(|error| error.to_string())

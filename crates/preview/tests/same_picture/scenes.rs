@@ -3,8 +3,8 @@
 use std::sync::{Arc, LazyLock};
 
 use brdf::{
-    BrdfCoefficients, BrdfTable, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong, PoulinFournier,
-    Ward, project, tabulate,
+    BaseColorTexture, BrdfCoefficients, BrdfTable, Choice, Fresnel, Ggx, KajiyaKay, Lambert, Material, Phong,
+    PoulinFournier, Standard, StandardParameters, TexturePlacement, Ward, Wrap, project, tabulate,
 };
 use envmap::Environment;
 use mesh::Mesh;
@@ -79,6 +79,58 @@ pub(crate) fn tabulated() -> &'static [Named] {
         let both = Look::without_maps(light, materials[0].1.clone(), SIZES);
         let table = BrdfTable::joined(&tables).unwrap();
         looks.push(("both".to_owned(), Arc::new(both.with_table(Some(Arc::new(table))))));
+        looks
+    });
+    &LOOKS
+}
+
+/// A dielectric, a metal and a mixture of both under coat and sheen, under each environment, each with a
+/// texture in other ways; and at last a look without one.
+pub(crate) fn textured() -> &'static [Named] {
+    static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
+        let texel = |k: usize| {
+            let (row, column) = (k / 40, k % 40);
+            let tile = if (row / 6 + column / 8) % 2 == 0 { 60 } else { 200 };
+            [tile, (6 * column) as u8, (9 * row) as u8]
+        };
+        let texels: Vec<_> = (0..40 * 27).map(texel).collect();
+        let placements = [
+            TexturePlacement::default(),
+            TexturePlacement {
+                factor: [1.0, 0.5, 0.8],
+                transform: [[7.3, 2.0, 0.4], [-1.5, 6.1, -0.2]],
+                wrap: [Wrap::Mirror, Wrap::Repeat],
+                is_nearest: false,
+            },
+            TexturePlacement {
+                transform: [[2.5, 0.0, -0.7], [0.0, 1.6, -0.3]],
+                wrap: [Wrap::Clamp, Wrap::Mirror],
+                is_nearest: true,
+                ..TexturePlacement::default()
+            },
+        ];
+        let plain = StandardParameters { base_color: [0.3, 0.2, 0.15], ..StandardParameters::default() };
+        let materials = [
+            ("dielectric", plain),
+            ("metal", StandardParameters { metallic: 1.0, roughness: 0.4, ..plain }),
+            ("coated", StandardParameters { metallic: 0.4, clearcoat: 0.6, sheen: [0.2, 0.1, 0.3], ..plain }),
+        ];
+        let mut looks = Vec::new();
+        for (light_name, environment) in environments() {
+            let lighting = analysed(&environment);
+            let light = Arc::new(Light::new(environment, Some(lighting.clone())));
+            for ((name, parameters), placement) in materials.into_iter().zip(placements) {
+                let material = Material::Standard(Standard::new(parameters).unwrap());
+                let degrees = Choice::Degree { f: degree(F), p: degree(P) };
+                let coefficients = project(&material, degrees, Stop::NEVER).unwrap().coefficients;
+                let reflection = Reflection::convolve(&lighting, &coefficients);
+                let look = Look::new(Arc::clone(&light), reflection, Some(material), SIZES);
+                let texture = BaseColorTexture::new([40, 27], texels.clone(), placement).unwrap();
+                let look = look.with_base_color(Some(Arc::new(texture)));
+                looks.push((format!("{light_name} {name}"), Arc::new(look)));
+            }
+        }
+        looks.push(self::looks()[0].clone());
         looks
     });
     &LOOKS

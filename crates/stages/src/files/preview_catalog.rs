@@ -48,6 +48,7 @@ pub use scenes::SceneCache;
 
 mod light_alone;
 mod light_entries;
+mod mesh_part;
 mod names;
 mod origin;
 mod own_entries;

@@ -101,13 +101,15 @@
 //! The material becomes one of the model `standard`: `pbrMetallicRoughness` and the extensions
 //! `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_clearcoat` and `KHR_materials_sheen` are
 //! read. A material here is the same everywhere, so a texture becomes the mean of all its texels (colours
-//! decoded from sRGB first, alpha ignored, whatever part of it the mesh shows), times its factor; notes name
-//! what was averaged. Textures are read as PNG, JPEG or WebP, also from files beside a `.gltf` or in other
-//! folders (`../textures/a.png`): the item is rerun if one of them changes. Normal and occlusion textures are
-//! ignored, and a roughness below the least of the model becomes the least. Warnings name other extensions,
-//! transparency, emitted light, vertex colours, and a `KHR_texture_transform` that may show a part of a
-//! texture. If the file *requires* an extension that is not read, the material is an error, unless the
-//! extension belongs to other materials of the file, or to meshes, lights or animations.
+//! decoded from sRGB first, alpha ignored, whatever part of it the mesh shows), times its factor; notes
+//! name what was averaged. The picture of the base colour stays beside the material: previews show it on
+//! meshes of the file, at most 1024 texels along a side, and everything else uses the mean. Textures are
+//! read as PNG, JPEG or WebP, also from files beside a `.gltf` or in other folders (`../textures/a.png`):
+//! the item is rerun if one of them changes. Normal and occlusion textures are ignored, and a roughness
+//! below the least of the model becomes the least. Warnings name other extensions, transparency, emitted
+//! light, vertex colours, and a `KHR_texture_transform` that may show a part of a texture. If the file
+//! *requires* an extension that is not read, the material is an error, unless the extension belongs to
+//! other materials of the file, or to meshes, lights or animations.
 //!
 //! ## OpenPBR and MaterialX
 //!
@@ -172,7 +174,7 @@ impl Kind for ImportMaterial {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-material";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("import_material.rs");
     const SOURCE: bool = true;
     const BUILT_IN: Option<&'static str> = Some(presets::KEY);
@@ -224,7 +226,7 @@ impl Kind for ImportMaterial {
         found.notes.into_iter().for_each(|note| reporter.note(note));
         found.warnings.into_iter().for_each(|warning| reporter.warn(warning));
         warn_of_excess(&found.material, reporter);
-        Output::artifact(artifacts::Material(found.material))
+        artifacts::Material(found.material).with_texture(found.base_color.as_ref())
     }
 }
 

@@ -9,17 +9,20 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use brdf::{Absent, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType, Values};
+use brdf::{
+    Absent, BaseColorTexture, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType,
+    Values,
+};
 use containers::measured::{self, MeasuredFormat, Reading};
 use containers::{
-    GltfMaterial, MaterialChoice, MaterialxMaterial, check_gltf_material, read_gltf_material,
-    read_materialx_material,
+    MaterialChoice, MaterialxMaterial, check_gltf_material, read_gltf_material, read_materialx_material,
 };
 use engine::{
     Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
     ValueKind, nearest, unexpected, unknown_keys,
 };
 
+use super::found_material::MaterialFile;
 use super::materialx_file::is_materialx_file;
 use super::presets::{self, Preset};
 use crate::values::ChosenMaterial;
@@ -32,18 +35,6 @@ pub(crate) const MATERIALX: &str = "materialx";
 
 /// The depth to which layers may be nested: the JSON reader of material artifacts limits it to about 60.
 const DEEPEST: usize = 32;
-
-/// A material, and notes on its files.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MaterialFile {
-    /// The material.
-    pub material: Material,
-    /// Notes on measured files (values that were missing, out of gamut or interpolated) and on textures that
-    /// were averaged.
-    pub notes: Vec<String>,
-    /// The statements of a glTF or MaterialX file about the material that are not read.
-    pub warnings: Vec<String>,
-}
 
 /// Reads a file. Relative paths start at the material file's folder.
 pub type ReadFile<'a> = dyn Fn(&Path) -> Result<Arc<Vec<u8>>, Failure> + 'a;
@@ -80,8 +71,7 @@ fn read_with(
 ) -> Result<MaterialFile, Failure> {
     if let (true, Access::Whole(read)) = (is_gltf_file(name), access) {
         let found = read_gltf_material(bytes, choice, &mut |path: &str| read(Path::new(path)));
-        let GltfMaterial { material, notes, warnings } = found.map_err(|failure| failure.context(name))?;
-        return Ok(MaterialFile { material: Material::Standard(material), notes, warnings });
+        return Ok(found.map_err(|failure| failure.context(name))?.into());
     }
     if is_materialx_file(name) {
         return read_materialx(bytes, choice).map_err(|failure| failure.context(name));
@@ -95,7 +85,7 @@ fn read_with(
     if MeasuredFormat::of_name(name).is_some() {
         let Reading { material, notes, .. } =
             measured::read_with_notes(name, bytes, None).map_err(|error| error.within(name))?;
-        return Ok(MaterialFile { material, notes, warnings: Vec::new() });
+        return Ok(MaterialFile { notes, ..material.into() });
     }
     let document = Document::parse(name, bytes).map_err(|errors| {
         if name.to_lowercase().ends_with(".toml") {
@@ -107,11 +97,19 @@ fn read_with(
         let help = format!("expected .toml, .gltf, .glb, .mtlx, or one of: {}", endings());
         Failure { help: Some(help), ..failure_of(chain) }
     })?;
-    let mut reader =
-        MaterialReader { access, errors: Vec::new(), notes: Vec::new(), warnings: Vec::new(), depth: 0 };
+    let mut reader = MaterialReader {
+        access,
+        errors: Vec::new(),
+        notes: Vec::new(),
+        warnings: Vec::new(),
+        base_color: None,
+        depth: 0,
+    };
     match reader.material(&document.table) {
         Some(material) if reader.errors.is_empty() => {
-            Ok(MaterialFile { material, notes: reader.notes, warnings: reader.warnings })
+            // A layer is one of several: the picture is that of the whole material.
+            let base_color = reader.base_color.filter(|_| matches!(material, Material::Standard(_)));
+            Ok(MaterialFile { material, base_color, notes: reader.notes, warnings: reader.warnings })
         }
         _ => Err(failure(&document.diagnostics(reader.errors))),
     }
@@ -120,7 +118,7 @@ fn read_with(
 /// The material of a MaterialX file, `choice` if there are several.
 fn read_materialx(bytes: &[u8], choice: Option<&MaterialChoice>) -> Result<MaterialFile, Failure> {
     let MaterialxMaterial { material, warnings } = read_materialx_material(bytes, choice)?;
-    Ok(MaterialFile { material: Material::Standard(material), notes: Vec::new(), warnings })
+    Ok(MaterialFile { warnings, ..Material::Standard(material).into() })
 }
 
 /// Opens a file. Relative paths start at the material file's folder.
@@ -209,6 +207,8 @@ struct MaterialReader<'a> {
     errors: Vec<Diagnostic>,
     notes: Vec<String>,
     warnings: Vec<String>,
+    /// The picture of the base colour of the glTF material that was read last.
+    base_color: Option<BaseColorTexture>,
     /// The number of layers that the current one is nested in.
     depth: usize,
 }
@@ -504,8 +504,7 @@ impl MaterialReader<'_> {
             Access::Whole(read) => read(Path::new(&file)).and_then(|bytes| {
                 let found =
                     read_gltf_material(&bytes, choice.as_ref(), &mut |path: &str| read(&folder.join(path)));
-                let GltfMaterial { material, notes, warnings } = found?;
-                Ok(Some(MaterialFile { material: Material::Standard(material), notes, warnings }))
+                Ok(Some(found?.into()))
             }),
             Access::Headers(open) => open(Path::new(&file)).and_then(|mut file| {
                 let find = &mut |path: &str| open(&folder.join(path)).map(drop);
@@ -514,7 +513,8 @@ impl MaterialReader<'_> {
         };
         match found {
             Ok(None) => stand_in(),
-            Ok(Some(MaterialFile { material, notes, warnings })) => {
+            Ok(Some(MaterialFile { material, base_color, notes, warnings })) => {
+                self.base_color = base_color;
                 self.notes.extend(notes.into_iter().map(|note| format!("{file}: {note}")));
                 self.warnings.extend(warnings.into_iter().map(|warning| format!("{file}: {warning}")));
                 Some(material)

@@ -44,6 +44,10 @@
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
 //! | `taps` | a few look-ups into the blurred light at every pixel, and the lights beside it; needs `scale-space` (`scale-space`) and `taps` (`fit-taps`) |
 //!
+//! If `material` has the texture of a glTF file, a connected `mesh` is shown with it, by its own coordinates:
+//! connect the mesh of the same file. The maps are those of the texture's mean; each sample changes their
+//! radiance by its own base colour.
+//!
 //! If a table has several materials, `blend`, a number at each vertex of the `mesh` (`vertex-blend`),
 //! blends between them. The first five modes need `reflection`. `table` and `transfer` use the light's
 //! coefficients up to the degree of the table or the transfer, at most 30; their references are

@@ -5,7 +5,7 @@
 //! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
 //! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
 //! | `light-field` | [`transfer::LightField`] | safetensors: `points` [P, 3], `sh` [P, (F+1)^2, 3] f64 |
-//! | `material` | [`brdf::Material`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32 |
+//! | `material` | [`brdf::Material`], [`brdf::BaseColorTexture`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32, and with a texture `base_color` [height, width, 3] u8 |
 //! | `brdf` | [`brdf::BrdfCoefficients`], [`brdf::Material`] | safetensors: `rho` [F+1, P+1, P+1, 3] f64, and that of its parts; the material as above |
 //! | `brdf-table` | [`brdf::BrdfTable`] | safetensors: `c` [Q, N, N, (F+1)^2, channels] f32 |
 //! | `reflection` | [`shrm::Reflection`] | safetensors: `sh` and `rho`, and those of its parts; with lamps `lights` and the material |
@@ -20,8 +20,11 @@
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
 
+use std::sync::Arc;
+
+use brdf::BaseColorTexture;
 use containers::tensors;
-use engine::{Artifact, Failure};
+use engine::{Artifact, Failure, Output};
 
 /// Distant light as a lat-long image.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,8 +75,29 @@ impl Artifact for LightField {
 }
 
 /// A reflection model and its parameters, a measured table, or several of them.
+///
+/// The bytes may hold the picture of its base colour, too, which only previews show: [`Material::texture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material(pub brdf::Material);
+
+impl Material {
+    /// The output of a stage that makes a material with the picture of its base colour, if it has one.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn with_texture(self, texture: Option<&BaseColorTexture>) -> Result<Output, Failure> {
+        let bytes = tensors::encode_textured_material(&self.0, texture, None)?;
+        Ok(Output::Artifact { bytes, value: Arc::new(self) })
+    }
+
+    /// The picture of the base colour in the bytes of a material, if they hold one.
+    ///
+    /// # Errors
+    /// If they are not those of a material.
+    pub fn texture(bytes: &[u8]) -> Result<Option<Arc<BaseColorTexture>>, Failure> {
+        Ok(tensors::decode_textured_material(bytes)?.1.map(Arc::new))
+    }
+}
 
 impl Artifact for Material {
     const TYPE: &'static str = "material";

@@ -141,3 +141,69 @@ fn a_mesh_needs_what_its_own_materials_need() {
     let scene = scenes.scene(&catalog, &results, red, "two (mesh)").unwrap();
     assert_eq!(colours(&scene), [Some([0.75, 0.125, 0.0625])], "no other material is its own");
 }
+
+/// The project of [`dressed`] with coordinates, and a texture of the red material.
+fn textured() -> (tempfile::TempDir, Plan) {
+    let (folder, _) = dressed();
+    let path = |name: &str| folder.path().join(name);
+    let mut bytes = fs::read(path("mesh/two.bin")).unwrap();
+    bytes.extend([0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0_f32].into_iter().flat_map(f32::to_le_bytes));
+    let text = fs::read_to_string(path("mesh/two.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    document["buffers"][0]["byteLength"] = bytes.len().into();
+    let push = |list: &mut serde_json::Value, value| list.as_array_mut().unwrap().push(value);
+    push(&mut document["bufferViews"], json!({ "buffer": 0, "byteOffset": 60, "byteLength": 32 }));
+    let coordinates = json!({ "bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2" });
+    push(&mut document["accessors"], coordinates);
+    for primitive in document["meshes"][0]["primitives"].as_array_mut().unwrap() {
+        primitive["attributes"]["TEXCOORD_0"] = 3.into();
+    }
+    document["images"] = json!([{ "uri": "checker.png" }]);
+    document["textures"] = json!([{ "source": 0 }]);
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+    let checker = containers::write_png(2, 1, &[[255; 3], [0; 3]], None).unwrap();
+    fs::write(path("mesh/checker.png"), checker).unwrap();
+    fs::write(path("mesh/two.bin"), bytes).unwrap();
+    fs::write(path("mesh/two.gltf"), document.to_string()).unwrap();
+    let plan = load(folder.path());
+    (folder, plan)
+}
+
+/// A texture is that of the material on its own triangles: no other triangle and no other mesh has it.
+#[test]
+fn a_mesh_has_the_textures_of_its_own_materials() {
+    let sizes = |scene: &Scene| -> Vec<Option<[usize; 2]>> {
+        let size = |object: &preview::Object| object.look.base_color().map(|texture| texture.size());
+        scene.objects.iter().map(size).collect()
+    };
+    let (folder, plan) = textured();
+    let (catalog, results) = (PreviewCatalog::of(plan.clone()), build(&plan));
+    let mut scenes = SceneCache::default();
+    let mut show = |material: &str, mesh: &str| {
+        let entry = catalog.entry("east", material).unwrap().unwrap();
+        scenes.scene(&catalog, &results, entry, mesh).unwrap()
+    };
+    let red = [0.375, 0.0625, 0.03125];
+    for mesh in ["two (mesh)", "two (brushed)"] {
+        let scene = show("red", mesh);
+        assert_eq!((colours(&scene)[0], sizes(&scene)), (Some(red), vec![Some([2, 1]), None]));
+        assert_eq!(sizes(&show("blue", mesh)), [None, Some([2, 1])]);
+        assert_eq!(sizes(&show("gold", mesh)), [None]);
+    }
+    let ball = show("red", "sphere");
+    assert_eq!((colours(&ball), sizes(&ball)), (vec![Some(red)], vec![None]));
+    let edited = Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap());
+    let entry = catalog.entry("east", "red").unwrap().unwrap();
+    let scene = SceneCache::default().edited(&catalog, &results, entry, "two (mesh)", &edited).unwrap();
+    assert_eq!(sizes(&scene), [None, None]);
+
+    // Without the blue material, the red one stands for it, and its texture does not.
+    fs::remove_file(folder.path().join("paint/blue.toml")).unwrap();
+    let plan = load(folder.path());
+    let results = build_only(&plan, &["reflection", "mesh"]);
+    let catalog = PreviewCatalog::of(plan);
+    let entry = catalog.entry("east", "red").unwrap().unwrap();
+    let scene = SceneCache::default().scene(&catalog, &results, entry, "two (mesh)").unwrap();
+    assert_eq!((colours(&scene), sizes(&scene)), (vec![Some(red); 2], vec![Some([2, 1]), None]));
+    assert!(scene.objects.iter().all(|object| object.mesh.triangles().len() == 1));
+}

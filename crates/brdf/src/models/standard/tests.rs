@@ -179,3 +179,61 @@ fn highlights_have_the_reflectance_of_gltf() {
         assert!((found - expected).abs() < 1e-3, "{parameters:?}: {found} {expected}");
     }
 }
+
+/// The oracle is the albedo of the material that has the other base colour, integrated without the tables of
+/// albedos. The tolerance is that of the white furnace.
+#[test]
+fn the_response_to_a_base_colour_is_the_albedo_of_that_material() {
+    let mut worst: f64 = 0.0;
+    let plain = StandardParameters { base_color: [0.5, 0.1, 0.8], ..StandardParameters::default() };
+    let coated = coated().parameters();
+    for parameters in [
+        plain,
+        StandardParameters { metallic: 1.0, roughness: 0.3, ..plain },
+        StandardParameters { metallic: 1.0, roughness: 1.0, ..plain },
+        coated,
+    ] {
+        let response = standard(parameters).base_color_response();
+        for base_color in [[0.0; 3], [0.02, 0.4, 0.9], [1.0; 3], parameters.base_color] {
+            let other = standard(StandardParameters { base_color, ..parameters });
+            for found in checks(&Material::Standard(other)).albedo {
+                let [matte, rest] = response.albedo(base_color, found.theta.to_radians().cos());
+                for channel in 0..3 {
+                    let error = (matte[channel] + rest[channel] - found.rgb[channel]).abs();
+                    assert!(error < 4e-3, "{parameters:?} {base_color:?} {found:?}: {matte:?} {rest:?}");
+                    worst = worst.max(error);
+                }
+            }
+        }
+    }
+    eprintln!("the greatest error of the response is {worst:.1e}");
+}
+
+/// The matte base is what a white base adds to a black one.
+#[test]
+fn the_matte_base_has_the_zonal_coefficients_of_its_response() {
+    let with = |base_color| {
+        standard(StandardParameters { base_color: [base_color; 3], ior: 2.0, ..coated().parameters() })
+    };
+    let dielectric = |base_color| {
+        let parameters = StandardParameters { metallic: 0.0, ..with(base_color).parameters() };
+        standard(parameters)
+    };
+    let (white, black) = (dielectric(1.0), dielectric(0.0));
+    let response = white.base_color_response();
+    let view = sphere::Direction::from_angles(0.7, 0.3);
+    let (mut sums, steps) = ([0.0; 3], 20_000);
+    for step in 0..steps {
+        let cosine = (f64::from(step) + 0.5) / f64::from(steps);
+        let light = sphere::Direction::from_angles(cosine.acos(), 1.0);
+        let matte = white.rho_hat(light, view)[1] - black.rho_hat(light, view)[1];
+        let legendre = [1.0, cosine, 1.5 * cosine * cosine - 0.5];
+        let weight = 2.0 * PI / f64::from(steps) * matte;
+        sums.iter_mut().zip(legendre).for_each(|(sum, p)| *sum += weight * p);
+    }
+    let [[.., matte], _] = response.albedo([1.0; 3], 0.7_f64.cos());
+    for (found, expected) in response.matte.iter().zip(sums) {
+        assert!((found * matte - expected).abs() < 1e-4, "{found} {expected} {matte}");
+    }
+    assert!((response.matte[0] - 1.0).abs() < 1e-12);
+}

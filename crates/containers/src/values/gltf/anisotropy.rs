@@ -4,12 +4,15 @@
 //! `anisotropyTexture`, from -1 to 1, are a direction in that frame, which is turned by that angle. Blue, the
 //! strength, belongs to the material. `KHR_texture_transform` and the sampler's wrapping apply.
 
+use brdf::Wrap;
+
 use super::buffers::ReadBeside;
 use super::element::Element;
 use super::materials::{MaterialChoice, Reader, find, names, open};
+use super::sampler::Sampler;
 use super::texture_transform::TextureTransform;
 use crate::error::Error;
-use crate::images::{DataTexture, Wrap};
+use crate::images::DataTexture;
 
 const NAME: &str = "KHR_materials_anisotropy";
 const ANY: brdf::Range = brdf::Range { least: -1e9, most: 1e9, words: "a number" };
@@ -78,24 +81,13 @@ pub fn read_gltf_anisotropy<E: From<Error>>(
                 info.path()
             ));
         }
-        Some(AnisotropyTexture { texels, wrap: wrap(json, &info)?, transform: TextureTransform::of(&info)? })
+        Some(AnisotropyTexture {
+            texels,
+            wrap: Sampler::of(json, &info)?.wrap,
+            transform: TextureTransform::of(&info)?,
+        })
     } else {
         None
     };
     Ok(Anisotropy { rotation, texture, warnings })
-}
-
-/// How the sampler of a texture wraps it along u and v.
-fn wrap(json: &serde_json::Map<String, serde_json::Value>, info: &Element<'_>) -> Result<[Wrap; 2], Error> {
-    let texture = Element::of(json, "textures").at(info.get("index").index()?.unwrap_or(0))?;
-    let Some(sampler) = texture.get("sampler").index()? else { return Ok([Wrap::Repeat; 2]) };
-    let sampler = Element::of(json, "samplers").at(sampler)?;
-    let along = |name: &str| {
-        Ok(match sampler.get(name).index()? {
-            Some(33071) => Wrap::Clamp,
-            Some(33648) => Wrap::Mirror,
-            _ => Wrap::Repeat,
-        })
-    };
-    Ok([along("wrapS")?, along("wrapT")?])
 }

@@ -1,25 +1,29 @@
 //! glTF 2.0: the materials of a file, each as one that is the same everywhere.
 //!
 //! `pbrMetallicRoughness` and the extensions `KHR_materials_ior`, `_specular`, `_clearcoat` and `_sheen`
-//! become a [`Standard`] material. A texture becomes its mean, times its factor: a reflection map holds one
-//! material. What makes no difference to that (sets of coordinates, samplers of textures) is ignored; what
-//! would, or might, is named in a warning.
+//! become a [`Standard`] material. A texture becomes its mean, times its factor: a reflection map holds
+//! one material. Previews show the texture of the base colour beside it. What makes no difference to these
+//! (sets of coordinates and samplers of other textures) is ignored; what would, or might, is named in a
+//! warning.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 use std::sync::Arc;
 
-use brdf::{Range, Standard, StandardParameters, WEIGHT};
+use brdf::{BaseColorTexture, Range, Standard, StandardParameters, TexturePlacement, WEIGHT};
 use serde_json::{Map, Value};
 
+use super::base_color;
 use super::buffers::{ReadBeside, embedded, find_beside};
 use super::document;
 use super::document::Chunks;
 use super::element::Element;
 use super::extensions::check_for_material;
+use super::sampler::Sampler;
 use super::texels::Mean;
 use super::texture_transform::TextureTransform;
 use crate::error::{Error, ErrorKind};
+use crate::images::{Raster, raster_of_texture};
 
 /// The factors of glTF.
 const FACTOR: Range = Range { least: 0.0, most: 1.0, words: "a number from 0 to 1" };
@@ -47,6 +51,8 @@ pub enum MaterialChoice {
 pub struct GltfMaterial {
     /// The material.
     pub material: Standard,
+    /// The picture of its base colour, if the meshes of the file have the coordinates for it.
+    pub base_color: Option<BaseColorTexture>,
     /// Notes of what was averaged, and over how many texels.
     pub notes: Vec<String>,
     /// Warnings of what the file says of the material and is not read.
@@ -80,10 +86,11 @@ pub fn read_gltf_material<E: From<Error>>(
     check_for_material(&json, &material, &READ)?;
     let mut reader = Reader::new(&json, binary, read);
     let parameters = reader.parameters(&material)?;
-    let (notes, of_textures) = (reader.notes, reader.warnings);
+    let (notes, of_textures, base_color) = (reader.notes, reader.warnings, reader.base_color);
     let material_of = |error: brdf::ParameterError| Error::damaged(error.to_string()).within(material.path());
     Ok(GltfMaterial {
         material: Standard::new(parameters).map_err(material_of)?,
+        base_color,
         notes,
         warnings: [of_textures, warnings(&json, index, &material)?].concat(),
     })
@@ -184,6 +191,8 @@ pub(super) struct Reader<'a, 'r, E> {
     beside: BTreeMap<String, (Arc<Vec<u8>>, String)>,
     notes: Vec<String>,
     warnings: Vec<String>,
+    /// The texture of the base colour.
+    base_color: Option<BaseColorTexture>,
     /// Whether textures are only looked for, not averaged.
     is_check: bool,
 }
@@ -195,7 +204,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         read: &'a mut ReadBeside<'r, E>,
     ) -> Self {
         let (beside, notes, warnings) = (BTreeMap::new(), Vec::new(), Vec::new());
-        Self { document, chunk, read, beside, notes, warnings, is_check: false }
+        Self { document, chunk, read, beside, notes, warnings, base_color: None, is_check: false }
     }
 
     fn parameters(&mut self, material: &Element<'_>) -> Result<StandardParameters, E> {
@@ -203,10 +212,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         let [ior, specular, clearcoat, sheen] = READ.map(|name| material.get("extensions").get(name));
         let one = [1.0; 3];
 
-        let mut base_color = base.get("baseColorFactor").colour(one, FACTOR)?;
-        if let Some(mean) = self.mean(&base.get("baseColorTexture"), "base_color")? {
-            base_color = times(base_color, mean.colour);
-        }
+        let base_color = self.base_color(&base, material)?;
         let mut metallic = base.get("metallicFactor").number(1.0, FACTOR)?;
         let mut roughness = base.get("roughnessFactor").number(1.0, FACTOR)?;
         if let Some(mean) = self.mean(&base.get("metallicRoughnessTexture"), "metallic and roughness")? {
@@ -259,6 +265,31 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         })
     }
 
+    /// The base colour: its factor, times the mean of its texture, which is kept if previews can show it.
+    fn base_color(&mut self, base: &Element<'_>, material: &Element<'_>) -> Result<[f64; 3], E> {
+        let factor = base.get("baseColorFactor").colour([1.0; 3], FACTOR)?;
+        let texture = base.get("baseColorTexture");
+        if !texture.is_present() {
+            return Ok(factor);
+        }
+        self.image(&texture)?;
+        let Sampler { wrap, is_nearest } = Sampler::of(self.document, &texture)?;
+        let transform = TextureTransform::of(&texture)?.rows();
+        // The coordinates of an imported mesh are those of its normal texture.
+        let [set, kept] = [&texture, &material.get("normalTexture")].map(TextureTransform::set);
+        let (set, kept) = (set?, kept?);
+        let Some((mean, raster)) = self.averaged(&texture, "base_color")? else { return Ok(factor) };
+        if set == kept {
+            let placement = TexturePlacement { factor, transform, wrap, is_nearest };
+            self.base_color = base_color::texture(&raster, placement);
+        } else {
+            self.notes.push(format!(
+                "base_color: previews show its mean, because its texture has the coordinates {set}, and a mesh those of its normal texture, {kept}"
+            ));
+        }
+        Ok(times(factor, mean.colour))
+    }
+
     /// A roughness, or the least that the model has; that is noted if it matters.
     fn at_least(&mut self, name: &str, value: f64, least: f64, matters: bool) -> f64 {
         if value < least && matters {
@@ -269,6 +300,11 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
 
     /// The mean of a texture, if there is one; it is noted for a parameter.
     fn mean(&mut self, texture: &Element<'_>, parameter: &str) -> Result<Option<Mean>, E> {
+        Ok(self.averaged(texture, parameter)?.map(|(mean, _)| mean))
+    }
+
+    /// The mean of a texture and its picture, if there is one; it is noted for a parameter.
+    fn averaged(&mut self, texture: &Element<'_>, parameter: &str) -> Result<Option<(Mean, Raster)>, E> {
         if !texture.is_present() {
             return Ok(None);
         }
@@ -281,7 +317,9 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
             };
         }
         let (bytes, name) = self.picture(texture)?;
-        let mean = Mean::read(&bytes).map_err(|error| error.within(name.clone()).within(texture.path()))?;
+        let raster = raster_of_texture(&bytes);
+        let read = raster.and_then(|raster| Ok((Mean::of(&raster)?, raster)));
+        let (mean, raster) = read.map_err(|error| error.within(name.clone()).within(texture.path()))?;
         let Mean { width, height, .. } = mean;
         self.notes.push(format!("{parameter}: averaged over {width} x {height} texels of {name}"));
         // Quantised coordinates are brought back to their range by the same extension.
@@ -294,7 +332,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
                 "{parameter}: KHR_texture_transform scales the coordinates by {u} and {v}, so that a mesh may show a part of {name} only; the mean is that of all its texels: cut the texture to that part if it differs"
             ));
         }
-        Ok(Some(mean))
+        Ok(Some((mean, raster)))
     }
 
     /// The picture of a texture, and a name for messages.

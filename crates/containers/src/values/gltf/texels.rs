@@ -1,7 +1,7 @@
 //! The mean of a texture, for a material that is the same everywhere.
 
 use crate::error::Error;
-use crate::images::{Raster, raster_of_texture, srgb_to_linear};
+use crate::images::{Raster, srgb_to_linear};
 
 /// The mean of all texels of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,17 +15,11 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    /// Reads PNG, JPEG or WebP. As glTF requires (section 3.8.1), ICC profiles and gamma are ignored.
+    /// The mean of a picture. As glTF requires (section 3.8.1), ICC profiles and gamma are ignored.
     ///
     /// Colours are decoded before they are averaged; alpha does not weight them.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, Error> {
-        raster_of_texture(bytes)?.mean()
-    }
-}
-
-impl Raster {
-    fn mean(&self) -> Result<Mean, Error> {
-        let &Self { width, height, channels, depth, ref samples, .. } = self;
+    pub(super) fn of(raster: &Raster) -> Result<Self, Error> {
+        let &Raster { width, height, channels, depth, ref samples, .. } = raster;
         if depth > 2 {
             return Err(Error::unsupported("the texels are floats; expected integers of 8 or 16 bits"));
         }
@@ -54,7 +48,7 @@ impl Raster {
         let rgb = if channels < 3 { [0; 3] } else { [0, 1, 2] };
         let alpha = if channels.is_multiple_of(2) { mean(channels - 1, |value| value) } else { 1.0 };
         let [red, green, blue] = rgb.map(|channel| mean(channel, |value| value));
-        Ok(Mean {
+        Ok(Self {
             width,
             height,
             colour: rgb.map(|channel| mean(channel, srgb_to_linear)),
@@ -66,6 +60,11 @@ impl Raster {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::images::raster_of_texture;
+
+    fn read(bytes: &[u8]) -> Result<Mean, Error> {
+        Mean::of(&raster_of_texture(bytes)?)
+    }
 
     /// Black and white in equal parts are a linear grey of 0.5, which is far from the sRGB code in the
     /// middle.
@@ -73,7 +72,7 @@ mod tests {
     fn colours_are_decoded_before_they_are_averaged() {
         let png =
             crate::images::write_png(2, 2, &[[0; 3], [255; 3], [255, 255, 0], [0, 0, 128]], None).unwrap();
-        let mean = Mean::read(&png).unwrap();
+        let mean = read(&png).unwrap();
         assert_eq!((mean.width, mean.height), (2, 2));
         let grey = ((128.0 / 255.0 + 0.055) / 1.055_f64).powf(2.4);
         for (found, expected) in mean.colour.into_iter().zip([0.5, 0.5, (1.0 + grey) / 4.0]) {
@@ -86,7 +85,7 @@ mod tests {
     fn other_pictures_are_not_textures() {
         let picture = envmap::Image::new(1, 1, vec![[0.5; 3]]).unwrap();
         let message =
-            Mean::read(&crate::images::write_rgbe(&picture, None).unwrap().bytes).unwrap_err().to_string();
+            read(&crate::images::write_rgbe(&picture, None).unwrap().bytes).unwrap_err().to_string();
         assert_eq!(message, "textures in Radiance are not read; expected PNG, JPEG or WebP");
     }
 }

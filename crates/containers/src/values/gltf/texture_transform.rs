@@ -39,6 +39,13 @@ impl TextureTransform {
         self.scale.iter().any(|scale| scale.abs() < 1.0)
     }
 
+    /// The rows of the transform: [a, b, c] for a u + b v + c.
+    pub(super) fn rows(&self) -> [[f64; 3]; 2] {
+        let (sin, cos) = math::sin_cos(self.rotation);
+        let ([x, y], [u, v]) = (self.scale, self.offset);
+        [[cos * x, sin * y, u], [-sin * x, cos * y, v]]
+    }
+
     pub(super) fn apply(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = math::sin_cos(self.rotation);
         let [u, v] = [u * self.scale[0], v * self.scale[1]];

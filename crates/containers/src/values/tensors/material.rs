@@ -6,14 +6,17 @@
 //! "table": 0}`, whose values are the tensor `table0` [n_h, n_d, n_phi, 3] f32 (see [`brdf::Measured`]);
 //! tables are numbered in the order of the layers. The table of a `measured-anisotropic` is [n_h, n_phi, n_d,
 //! n_psi, 3] (see [`brdf::MeasuredAnisotropic`]). `"part": "diffuse"` or `"specular"` beside the parameters
-//! of `standard` says that the material is that part of it.
+//! of `standard` says that the material is that part of it. A picture of its base colour may stand beside a
+//! material (base_color.rs).
 
 use brdf::{
-    MODELS, Material, Measured, MeasuredAnisotropic, MeasuredError, Parameter, Part, Value, ValueType, Values,
+    BaseColorTexture, MODELS, Material, Measured, MeasuredAnisotropic, MeasuredError, Parameter, Part, Value,
+    ValueType, Values,
 };
 use safetensors::tensor::Dtype;
 use serde_json::{Map, Value as Json, json};
 
+use super::base_color;
 use super::file::{TensorFile, Writer, colours, wrong_shape};
 use crate::error::{Error, ErrorKind};
 
@@ -30,8 +33,22 @@ const ANISOTROPIC_SHAPE: &str = "[n_h, n_phi, n_d, n_psi, 3]";
 /// # Errors
 /// If the material is an empty sum.
 pub fn encode_material(material: &Material, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+    encode_textured_material(material, None, recipe)
+}
+
+/// A material as [`encode_material`] writes it, and beside it the picture of its base colour, if it has one:
+/// `base_color` [height, width, 3] u8.
+///
+/// # Errors
+/// If the material is an empty sum.
+pub fn encode_textured_material(
+    material: &Material,
+    base_color: Option<&BaseColorTexture>,
+    recipe: Option<&str>,
+) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("material", recipe);
     add(material, &mut file)?;
+    base_color.iter().for_each(|texture| base_color::add(texture, &mut file));
     Ok(file.finish())
 }
 
@@ -48,13 +65,22 @@ pub(super) fn add(material: &Material, file: &mut Writer) -> Result<(), Error> {
 /// If the file is not one that [`encode_material`] could have written; the message names the model, the
 /// parameter or the tensor and what was expected.
 pub fn decode_material(bytes: &[u8]) -> Result<Material, Error> {
+    decode_textured_material(bytes).map(|(material, _)| material)
+}
+
+/// A material, from a file of kind `material`, and the picture of its base colour, if it has one.
+///
+/// # Errors
+/// If the file is not one that [`encode_textured_material`] could have written.
+pub fn decode_textured_material(bytes: &[u8]) -> Result<(Material, Option<BaseColorTexture>), Error> {
     let file = TensorFile::open_as(bytes, "material")?;
     let (material, tables) = of(&file)?.ok_or_else(|| Error::damaged("metadata `material`: missing"))?;
-    let found = file.tensors.len();
+    let base_color = base_color::of(&file)?;
+    let found = file.tensors.len() - usize::from(base_color.is_some());
     if found != tables {
         return Err(Error::damaged(format!("expected {tables} tensors, one for each table, found {found}")));
     }
-    Ok(material)
+    Ok((material, base_color))
 }
 
 /// The material of a file and the number of its tables; `None` if it has none.
@@ -287,6 +313,59 @@ mod tests {
             assert_eq!(decode_material(&encode_material(&material, None).unwrap()).unwrap(), material);
         }
         assert!(encode_material(&Material::Layers(Vec::new()), None).is_err());
+    }
+
+    #[test]
+    fn a_texture_is_what_its_bytes_decode_to() {
+        use brdf::{TexturePlacement, Wrap};
+        let material = Material::Standard(Standard::new(StandardParameters::default()).unwrap());
+        let texels: Vec<[u8; 3]> = (0..6).map(|k| [40 * k, 255 - k, 7]).collect();
+        let placement = TexturePlacement {
+            factor: [0.1 + 0.2, 1.0, 0.0],
+            transform: [[0.1, -2.0, 1e-9], [1.0 / 3.0, 4.0, -7.5]],
+            wrap: [Wrap::Mirror, Wrap::Clamp],
+            is_nearest: true,
+        };
+        for placement in [placement, TexturePlacement::default()] {
+            let texture = BaseColorTexture::new([3, 2], texels.clone(), placement).unwrap();
+            let bytes = encode_textured_material(&material, Some(&texture), None).unwrap();
+            let found = decode_textured_material(&bytes).unwrap();
+            assert_eq!(found, (material.clone(), Some(texture)));
+            assert_eq!(decode_material(&bytes).unwrap(), material);
+            (0..bytes.len()).for_each(|length| assert!(decode_textured_material(&bytes[..length]).is_err()));
+        }
+        let bare = encode_material(&material, None).unwrap();
+        assert_eq!(decode_textured_material(&bare).unwrap(), (material, None));
+    }
+
+    #[test]
+    fn what_no_texture_has_is_an_error() {
+        let sound =
+            r#"{"factor":[1,1,1],"transform":[[1,0,0],[0,1,0]],"wrap":["repeat","clamp"],"filter":"linear"}"#;
+        let error_of = |placement: &str, shape: &[usize]| {
+            let mut file = Writer::new("material", None);
+            file.entry(KEY, r#"{"model": "lambert", "albedo": [1, 1, 1]}"#);
+            file.entry("base_color", placement);
+            file.data.extend(vec![0; shape.iter().product()]);
+            file.tensor("base_color", "U8", shape);
+            decode_textured_material(&file.finish()).map(|_| ()).map_err(|error| error.to_string())
+        };
+        assert_eq!(error_of(sound, &[2, 1, 3]), Ok(()));
+        for (placement, shape) in [
+            (sound, &[2, 1, 4][..]),
+            (sound, &[6]),
+            (sound, &[0, 1, 3]),
+            (sound, &[1, 1025, 3]),
+            ("7", &[2, 1, 3]),
+            (&sound.replace("clamp", "once"), &[2, 1, 3]),
+            (&sound.replace("linear", "cubic"), &[2, 1, 3]),
+            (&sound.replace("[1,1,1]", "[1,1]"), &[2, 1, 3]),
+            (&sound.replace("[1,1,1]", "[1,2,1]"), &[2, 1, 3]),
+            (&sound.replace("[0,1,0]", "[0,1]"), &[2, 1, 3]),
+        ] {
+            let error = error_of(placement, shape).unwrap_err();
+            assert!(error.contains("base_color"), "{placement} {shape:?}: {error}");
+        }
     }
 
     #[test]

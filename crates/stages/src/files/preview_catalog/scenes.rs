@@ -14,6 +14,7 @@ use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
 use super::light_alone::{LightAlone, ROUGHNESSES, exported_light, prefiltered};
+use super::mesh_part::MeshPart;
 use super::recent::Recent;
 use super::{CatalogEntry, CompactMapItems, MeshSource, PreviewCatalog, artifact};
 use crate::engines::{ExportedLight, LightInFile};
@@ -60,19 +61,18 @@ enum MeshKey {
 /// The inputs that a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
 /// The inputs that a look is made from: light, reflection, material, table, scale space and taps, sizes, and
-/// whether its maps hold the lamps.
+/// whether its maps hold the lamps and it has the material's texture.
 type LookKey =
-    (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, Option<[Digest; 2]>, (MapSizes, bool));
+    (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, Option<[Digest; 2]>, (MapSizes, [bool; 2]));
 
 /// What the parts of a mesh are made from: the mesh, its transfer, its blend, and the part of each of its
 /// materials.
 type PartsKey = (Digest, [Option<Digest>; 2], Vec<usize>);
 
-/// The triangles of a mesh that have one look.
-struct MeshPart {
-    mesh: Arc<Mesh>,
-    transfer: Option<Arc<Vec<Transfer>>>,
-    blend: Option<Arc<Vec<f32>>>,
+/// The look of an entry, with the texture of its material if it has one for the mesh, and without.
+struct EntryLook {
+    textured: Option<Arc<Look>>,
+    plain: Arc<Look>,
 }
 
 /// What a mesh has at its vertices beside itself.
@@ -84,7 +84,7 @@ struct AtVertices {
 
 impl SceneCache {
     /// An entry on a mesh. If the entry's material is one that the mesh has in its own file, every triangle
-    /// has its own material as far as it has been made, and the entry's otherwise.
+    /// has its own material as far as it has been made, with its texture, and the entry's otherwise.
     ///
     /// # Errors
     /// If something that it needs has not been built or cannot be read.
@@ -98,8 +98,13 @@ impl SceneCache {
         if let Some(light) = entry.light_alone {
             return self.light_alone(catalog, results, entry, light, mesh);
         }
-        self.more = catalog.own_entries(entry, mesh).len();
-        let look = self.look(catalog.plan(), results, entry)?;
+        let own = catalog.own_entries(entry, mesh).len();
+        self.more = own;
+        let mut look = EntryLook { textured: None, plain: self.look(catalog.plan(), results, entry)? };
+        if own > 0 {
+            let textured = self.look_with(catalog.plan(), results, entry, true)?;
+            look.textured = Some(textured).filter(|look| look.base_color().is_some());
+        }
         let transfer = self.transfer(catalog, results, mesh);
         let blend = self.blend(catalog, results, mesh);
         self.dressed(catalog, results, entry, mesh, look, AtVertices { transfer, blend })
@@ -112,14 +117,15 @@ impl SceneCache {
         results: &ResultsSnapshot,
         entry: &CatalogEntry,
         name: &str,
-        look: Arc<Look>,
+        EntryLook { textured, plain }: EntryLook,
         AtVertices { transfer, blend }: AtVertices,
     ) -> Result<Scene, Failure> {
         let mesh = self.mesh(catalog, results, name)?;
         let names = mesh.materials();
-        // The first look is the entry's; materials without one have it, too.
-        let (mut looks, mut part_of) = (vec![Arc::clone(&look)], vec![0; names.len()]);
-        let mut is_own = false;
+        // The first look is the entry's; materials without one have it, too, but not its texture. Triangles
+        // without a material count as those of one more.
+        let (mut looks, mut part_of) = (vec![Arc::clone(&plain)], vec![0; names.len() + 1]);
+        let mut own_place = None;
         for (reference, other) in catalog.own_entries(entry, name) {
             let Some(place) = reference.place(names) else { continue };
             let is_used = |range: &MaterialRange| range.material == Some(place as u32);
@@ -127,13 +133,24 @@ impl SceneCache {
                 continue;
             }
             if other.material == entry.material {
-                is_own = true;
-            } else if let Ok(other) = self.look(catalog.plan(), results, other) {
+                own_place = Some(place);
+            } else if let Ok(other) = self.look_with(catalog.plan(), results, other, true) {
                 part_of[place] = looks.len();
                 looks.push(other);
             }
         }
-        if !is_own || looks.len() == 1 {
+        let slot = |material: Option<u32>| material.map_or(names.len(), |place| place as usize);
+        if let (Some(own), Some(textured)) = (own_place, textured) {
+            let is_left = |slot: usize| slot != own && part_of[slot] == 0;
+            if mesh.material_ranges().iter().any(|range| is_left(slot(range.material))) {
+                let left: Vec<usize> = (0..part_of.len()).filter(|slot| is_left(*slot)).collect();
+                left.into_iter().for_each(|slot| part_of[slot] = looks.len());
+                looks.push(Arc::clone(&plain));
+            }
+            looks[0] = textured;
+        }
+        if own_place.is_none() || looks.len() == 1 {
+            let look = looks.swap_remove(0);
             return Ok(Scene::of(mesh, look).with_transfer(transfer).with_blend(blend));
         }
         let digest = |item: Option<ItemIndex>| Some(results.get(item?)?.digest());
@@ -144,8 +161,7 @@ impl SceneCache {
         let key = (handle_of(catalog, results, name)?.digest(), digests, part_of.clone());
         let parts = self.parts.get(DRESSED, key, || {
             let part = |number: usize| {
-                let part = |material: Option<u32>| material.map_or(0, |place| part_of[place as usize]);
-                MeshPart::of(&mesh, |material| part(material) == number, &transfer, &blend)
+                MeshPart::of(&mesh, |material| part_of[slot(material)] == number, &transfer, &blend)
             };
             Ok((0..looks.len()).map(part).collect())
         })?;
@@ -156,7 +172,7 @@ impl SceneCache {
             blend: part.blend.clone(),
         };
         let parts = parts.iter().zip(looks).map(part).collect();
-        Ok(Scene::of_parts(&mesh, Arc::clone(look.light()), parts))
+        Ok(Scene::of_parts(&mesh, Arc::clone(plain.light()), parts))
     }
 
     /// How many values of a kind are kept of which a scene has one for each material, beside the usual.
@@ -261,7 +277,7 @@ impl SceneCache {
             let look = Look::without_maps(light, material.clone(), entry.sizes);
             (key, material.clone(), Arc::new(look))
         }));
-        let look = Arc::clone(look);
+        let look = EntryLook { textured: None, plain: Arc::clone(look) };
         self.more = catalog.own_entries(entry, mesh).len();
         self.dressed(catalog, results, entry, mesh, look, AtVertices::default())
     }
@@ -280,10 +296,21 @@ impl SceneCache {
         results: &ResultsSnapshot,
         entry: &CatalogEntry,
     ) -> Result<Arc<Look>, Failure> {
+        self.look_with(plan, results, entry, false)
+    }
+
+    /// The look of an entry, for meshes of its material's own file with the texture of the material.
+    fn look_with(
+        &mut self,
+        plan: &Plan,
+        results: &ResultsSnapshot,
+        entry: &CatalogEntry,
+        has_texture: bool,
+    ) -> Result<Arc<Look>, Failure> {
         let is_made = entry.reflection.is_some_and(|item| is_current(plan, results, entry, item));
         let reflection = entry.reflection.and_then(|item| results.get(item));
         let reflection_digest = reflection.as_ref().map(|reflection| reflection.digest());
-        let kept = (entry.sizes, entry.holds_lamps);
+        let kept = (entry.sizes, [entry.holds_lamps, has_texture]);
         let is_same =
             |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == kept;
         if !is_made
@@ -295,8 +322,9 @@ impl SceneCache {
         let (light_key, light) = self.light(plan, results, entry)?;
         let material = entry.material.map(|item| handle(plan, results, item)).transpose()?;
         let material_digest = material.as_ref().map(|material| material.digest());
-        let read = |material: &engine::Handle| -> Result<Material, Failure> {
-            Ok(material.get::<artifacts::Material>()?.0.clone())
+        let read = |material: &engine::Handle| -> Result<_, Failure> {
+            let texture = if has_texture { artifacts::Material::texture(&material.bytes()?)? } else { None };
+            Ok((material.get::<artifacts::Material>()?.0.clone(), texture))
         };
         let table = self.table(plan, results, entry);
         let table_digest = table.as_ref().map(|(digest, _)| *digest);
@@ -307,8 +335,9 @@ impl SceneCache {
         if let (false, Some(material)) = (is_made, &material) {
             let key = (light_key, None, material_digest, table_digest, compact_digests, kept);
             let make = || {
-                let look = Look::without_maps(light, read(material)?, entry.sizes);
-                Ok(look.with_table(table).with_compact_map(compact_map))
+                let (material, texture) = read(material)?;
+                let look = Look::without_maps(light, material, entry.sizes);
+                Ok(look.with_table(table).with_compact_map(compact_map).with_base_color(texture))
             };
             return self.looks.get(self.kept(LOOKS), key, make);
         }
@@ -318,7 +347,7 @@ impl SceneCache {
         let key =
             (light_key, Some(reflection.digest()), material_digest, table_digest, compact_digests, kept);
         self.looks.get(self.kept(LOOKS), key, || {
-            let material = material.as_deref().map(read).transpose()?;
+            let (material, texture) = material.as_deref().map(read).transpose()?.unzip();
             let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
                 let map = reflection.get::<artifacts::Shrm>()?.0.clone();
                 Look::from_map(light, map, material, entry.sizes)
@@ -326,6 +355,7 @@ impl SceneCache {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
                 Look::new(light, reflection, material, entry.sizes).with_lamps_in_maps(entry.holds_lamps)
             };
+            let look = look.with_base_color(texture.flatten());
             Ok(look.with_table(table).with_compact_map(compact_map))
         })
     }
@@ -427,30 +457,6 @@ impl SceneCache {
             MeshSource::BuiltIn(name) => {
                 self.meshes.get(MESHES, MeshKey::BuiltIn(name), || mesh::shape(name).ok_or_else(missing))
             }
-        }
-    }
-}
-
-impl MeshPart {
-    /// The triangles of some materials of a mesh, with what the mesh has at their vertices.
-    fn of(
-        mesh: &Mesh,
-        is_kept: impl Fn(Option<u32>) -> bool,
-        transfer: &Option<Arc<Vec<Transfer>>>,
-        blend: &Option<Arc<Vec<f32>>>,
-    ) -> Self {
-        let (part, vertices) = mesh.of_materials(is_kept);
-        let matrices = |transfer: &Transfer| {
-            let values = vertices.iter().flat_map(|&vertex| transfer.matrix(vertex as usize)).copied();
-            Transfer::new(transfer.output(), transfer.input(), values.collect())
-        };
-        let transfer =
-            transfer.as_ref().filter(|all| all.iter().all(|of| of.len() == mesh.positions().len()));
-        let blend = blend.as_ref().filter(|blend| blend.len() == mesh.positions().len());
-        Self {
-            transfer: transfer.and_then(|all| all.iter().map(matrices).collect::<Option<_>>()).map(Arc::new),
-            blend: blend.map(|all| Arc::new(vertices.iter().map(|&vertex| all[vertex as usize]).collect())),
-            mesh: Arc::new(part),
         }
     }
 }

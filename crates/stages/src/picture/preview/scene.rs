@@ -26,6 +26,11 @@ pub(super) struct SceneSettings {
 pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<Scene, Failure> {
     let material =
         context.inputs.optional::<artifacts::Material>("material")?.map(|material| material.0.clone());
+    // A built-in mesh is not that of the material's file.
+    let texture = match ["material", "mesh"].map(|port| context.inputs.type_at(port)) {
+        [Some(_), Some(_)] => artifacts::Material::texture(&context.inputs.bytes("material")?)?,
+        _ => None,
+    };
     let table =
         context.inputs.optional::<artifacts::BrdfTable>("table")?.map(|table| Arc::new(table.0.clone()));
     for mode in settings.modes.iter().copied() {
@@ -76,7 +81,8 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
         Some(table) => blend(context, &mesh, table)?.map(Arc::new),
         None => None,
     };
-    let scene = Scene::of(Arc::new(mesh), Arc::new(look.with_table(table).with_compact_map(compact_map)));
+    let look = look.with_table(table).with_compact_map(compact_map).with_base_color(texture);
+    let scene = Scene::of(Arc::new(mesh), Arc::new(look));
     Ok(scene.with_transfer(transfer).with_blend(blend))
 }
 
