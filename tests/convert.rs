@@ -145,6 +145,18 @@ fn a_grey_card_or_what_was_white_balances_a_photograph() {
     project.specula(&wrong).ends(2, ["--grey-card", "[left, top, width, height]"]);
     let far = ["convert", STUDIO, "-o", "b.exr", "--grey-card", "600,2,3,4"];
     project.specula(&far).ends(1, ["not all within the 512 x 256 picture"]);
+    // What `inspect` says of the frame holds for what it says of the sun.
+    let frame = |file: &str| {
+        let text = project.ok(&["inspect", file]).stdout;
+        text.lines().find_map(|line| line.strip_prefix("frame")).unwrap().trim().to_owned()
+    };
+    assert!(
+        frame(STUDIO).starts_with("lat-long, as a width of twice the height suggests"),
+        "{}",
+        frame(STUDIO)
+    );
+    project.ok(&["convert", STUDIO, "-o", "strip.exr", "--layout", "cube-strip", "-r", "16"]);
+    assert!(!frame("strip.exr").contains("lat-long"), "{}", frame("strip.exr"));
 }
 
 /// `--engine` writes what `export-engine` makes of each environment, or the one file that is named.

@@ -31,6 +31,8 @@ use crate::print;
 
 const SH_FRAME: &str = "right-handed, +Z up; real, orthonormal, no Condon-Shortley phase, row l*l + l + m";
 const IMAGE_FRAME: &str = "row 0 is the top of the image; the file does not say how it maps to the sphere";
+const PHOTOGRAPH_FRAME: &str =
+    "lat-long, as a width of twice the height suggests: row 0 toward +Z (up), image centre along +X";
 const ENVIRONMENT_FRAME: &str = "lat-long, row 0 toward +Z, image centre along +X; linear Rec. 709 radiance";
 
 /// Describes a file. With a `picture`, a material or a BRDF table is drawn to that file too.
@@ -146,11 +148,13 @@ fn looks_like_safetensors(bytes: &[u8]) -> bool {
 fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let decoded = read_image(bytes, &ReadOptions::default())?;
     let (width, height) = (decoded.image.width(), decoded.image.height());
+    let is_part = matches!(&decoded.panorama, Some(Panorama { shows: Shows::Part(..), .. }));
+    let is_photograph = decoded.high_dynamic_range && width == 2 * height && !is_part;
     let mut facts = vec![
         ("what", "image".into()),
         ("format", decoded.format.name().into()),
         ("shape", format!("{width} x {height}, RGB").into()),
-        ("frame", IMAGE_FRAME.into()),
+        ("frame", if is_photograph { PHOTOGRAPH_FRAME } else { IMAGE_FRAME }.into()),
     ];
     if let Some(envmap) = decoded.openexr_envmap {
         let layout = match envmap {
@@ -181,8 +185,7 @@ fn image(bytes: &[u8]) -> Result<Facts, containers::Error> {
     }
     let pixels = decoded.image.pixels();
     facts.extend(range("linear Rec. 709", pixels.iter().map(|pixel| pixel.map(f64::from))));
-    let is_part = matches!(&decoded.panorama, Some(Panorama { shows: Shows::Part(..), .. }));
-    if decoded.high_dynamic_range && width == 2 * height && !is_part {
+    if is_photograph {
         facts.extend(photograph::describe(pixels, height));
     }
     if !decoded.warnings.is_empty() {
