@@ -1,6 +1,7 @@
 //! The maps of looks and lights on the device: cubes in layers, or a lat-long image, with uniforms.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use shrm::{Shrm, Terms};
 use taps::ScaleSpace;
@@ -187,7 +188,7 @@ impl LookMaps {
         look: &Look,
         mode: Mode,
     ) -> Result<(), RenderError> {
-        if !self.lamps.contains_key(&mode) {
+        if let Entry::Vacant(unmade) = self.lamps.entry(mode) {
             let packed = PackedLamps::beside_map(look, mode);
             let usage = BufferUsages::STORAGE;
             let material = PackedMaterial::new(packed.material())?;
@@ -197,12 +198,11 @@ impl LookMaps {
                 binding,
                 resource: buffer.as_entire_binding(),
             });
-            let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            unmade.insert(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("lamps and material"),
                 layout: &layouts.lamps,
                 entries: &entries,
-            });
-            self.lamps.insert(mode, bound);
+            }));
         }
         Ok(())
     }

@@ -150,7 +150,7 @@ impl Engine {
     }
 
     /// A direction of the engine's world in the frame of files: the inverse of [`Engine::world`].
-    pub(crate) fn from_world(&self, d: DVec3) -> DVec3 {
+    pub(crate) fn to_file_frame(&self, d: DVec3) -> DVec3 {
         let [centre, left, top] = self.axes;
         DVec3::new(d.dot(left), d.dot(top), d.dot(centre))
     }

@@ -26,15 +26,18 @@ struct LightInWorld {
     angular_diameter: f64,
 }
 
-/// Reads the lights of a JSON file in our frame. `from_world` takes a direction from the engine's world to
+/// Reads the lights of a JSON file in our frame. `to_file_frame` takes a direction from the engine's world to
 /// the frame of files.
 ///
 /// # Errors
 /// If the file is not such a JSON, or a light has no direction.
-pub(crate) fn read_lights(bytes: &[u8], from_world: impl Fn(DVec3) -> DVec3) -> Result<Vec<Light>, Failure> {
+pub(crate) fn read_lights(
+    bytes: &[u8],
+    to_file_frame: impl Fn(DVec3) -> DVec3,
+) -> Result<Vec<Light>, Failure> {
     let file: LightsFile = serde_json::from_slice(bytes)?;
     let light = |light: LightInWorld| {
-        let direction = from_file(from_world(DVec3::from_array(light.direction)));
+        let direction = from_file(to_file_frame(DVec3::from_array(light.direction)));
         let direction = Direction::new(direction).ok_or_else(|| Failure::new("a light has no direction"))?;
         let irradiance = light.colour.map(|channel| channel * light.intensity);
         Ok(Light { direction, radius: light.angular_diameter.to_radians() / 2.0, irradiance })

@@ -73,7 +73,7 @@ impl ExportedLight {
     /// If the file cannot be read.
     pub(crate) fn read_lights(self, bytes: &[u8]) -> Result<Vec<Light>, Failure> {
         match self {
-            Self::Engine { engine, .. } => read_lights(bytes, |direction| engine.from_world(direction)),
+            Self::Engine { engine, .. } => read_lights(bytes, |direction| engine.to_file_frame(direction)),
             Self::Texture => Ok(Vec::new()),
         }
     }
