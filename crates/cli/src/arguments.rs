@@ -294,7 +294,7 @@ pub(crate) struct BuildArguments {
     /// Print every event as a line of JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Also list items that are up to date, all warnings and failures, and notes about results
+    /// List every item, including those that are up to date, with all warnings, failures and notes
     #[arg(long, short)]
     pub(crate) verbose: bool,
     /// Show only warnings and failures

@@ -19,6 +19,7 @@ mod light_input;
 pub(crate) mod light_mismatch;
 mod panorama;
 mod six_faces;
+mod source_pictures;
 
 use engine::Kinds;
 

@@ -95,7 +95,7 @@ impl Tables {
 const THREE: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// The same for five nodes, exact to degree 9.
+/// Nodes and weights on [0, 1] of Gauss' rule of five nodes, which is exact to degree 9.
 const FIVE: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),

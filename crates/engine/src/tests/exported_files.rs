@@ -194,7 +194,7 @@ makers = { kind = "makers", input = "letters" }
     project.edit("input = \"text\"", "input = \"text\", letter = \"y\"");
     assert_has(project.build(), ["ran letters", "ran makers", "ended: 2 ran, 1 up to date"]);
     assert_eq!(project.read("out/makers.txt"), "letters y x 1: 3 bytes\n");
-    // The same parameters, however they are written.
+    // A default that is written out changes no parameter, so the consumer does not run.
     project.edit("letter = \"y\"", "letter = \"y\", times = 1");
     assert_has(project.build(), ["ended: 0 ran, 3 up to date"]);
     project.edit("times = 1", "times = 2");

@@ -200,7 +200,7 @@ mod tests {
         }
     }
 
-    /// Of a light of degree 2, a dielectric reflects with another base colour what its formula integrates to.
+    /// A dielectric with another base colour, under a light of degree 2, against the integral of its formula.
     #[test]
     fn a_dielectric_is_exact_under_a_light_of_degree_2() {
         let rows = (0..9).map(|row| [2.0, 0.3, -0.2, 0.5, 0.1, 0.4, -0.3, 0.2, 0.25][row]);

@@ -46,8 +46,11 @@ use origin::{EntryParts, Origin, artifact, is_many, single_inputs};
 use own_materials::OwnMaterials;
 pub use scenes::SceneCache;
 
+mod facts;
+mod last_build;
 mod light_alone;
 mod light_entries;
+mod light_files;
 mod mesh_part;
 mod names;
 mod origin;

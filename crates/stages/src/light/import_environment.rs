@@ -203,12 +203,11 @@
 //! key: machines with different types do not share these items. They share later items if the pixels are
 //! equal.
 
-use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use containers::{
-    Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, is_light_texture, read_image,
-    read_image_header, read_light_texture,
+    Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, read_image, read_image_header,
+    read_light_texture,
 };
 use engine::{
     Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, choice, parameters,
@@ -219,8 +218,7 @@ use sphere::{Face, LatLong, Rotation};
 use super::bad_pixels::{BadPixelsName, repaired};
 use super::colour_space_name::ColourSpaceName;
 use super::panorama::{FillName, Shown};
-use super::six_faces;
-use super::six_faces::{FaceFiles, FaceName};
+use super::source_pictures::{SourcePictures, name};
 use super::white_balance::{self, GreyCard, WhiteBalance};
 use crate::engines::{self, EnginePreset};
 use crate::values::{STOPS, UntilStopped, artifacts};
@@ -326,7 +324,7 @@ impl Kind for ImportEnvironment {
 
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let source = context.files.source()?;
-        match SourcePictures::find(source, false, parameters, &context.files)? {
+        match SourcePictures::find(source, false, wanted(parameters), &context.files)? {
             SourcePictures::One => {
                 let header = read_header(source, parameters, &context.files)?;
                 let ImageHeader { width, height, openexr_envmap, panorama, .. } = header;
@@ -417,81 +415,13 @@ impl Kind for ImportEnvironment {
     }
 }
 
-/// The pictures of a source.
-enum SourcePictures {
-    /// The source itself.
-    One,
-    /// The faces of a cube, and their files.
-    Faces(FaceFiles, Vec<PathBuf>),
-    /// A texture that holds light.
-    Texture,
-}
-
-impl SourcePictures {
-    /// The pictures of a source; `reads_whole` as of [`is_texture`].
-    fn find(
-        source: &Path,
-        reads_whole: bool,
-        parameters: &Parameters,
-        files: &ItemFiles<'_>,
-    ) -> Result<Self, Failure> {
-        if files.is_folder(source) {
-            return match parameters.layout {
-                OrAuto::Auto | OrAuto::Fixed(LayoutName(Layout::Cube)) => Self::faces(source, None, files),
-                _ => Err(Failure::new(format!(
-                    "{} is a folder, but only six cube faces can be read from a folder",
-                    name(source)
-                ))
-                .help("name a file as the source, or remove layout")),
-            };
-        }
-        if is_texture(source, reads_whole, files)? {
-            return Ok(Self::Texture);
-        }
-        if parameters.layout == OrAuto::Fixed(LayoutName(Layout::Cube)) {
-            let face = FaceName::parse(&name(source)).ok_or_else(|| {
-                Failure::new(format!(
-                    "{} is not a folder of six faces, and its name does not end in a word for a face",
-                    name(source)
-                ))
-                .help("with layout = \"cube\" the source is a folder or one face, such as \"sky_px.hdr\"")
-            })?;
-            let folder = source.parent().unwrap_or(Path::new(""));
-            return Self::faces(folder, Some(&face), files);
-        }
-        Ok(Self::One)
-    }
-
-    /// The six images of one set in a folder.
-    fn faces(folder: &Path, like: Option<&FaceName>, files: &ItemFiles<'_>) -> Result<Self, Failure> {
-        let files = six_faces::find(&files.list(folder)?, like, &name(folder))?;
-        let paths = files.names.iter().map(|name| folder.join(name)).collect();
-        Ok(Self::Faces(files, paths))
-    }
-}
-
-/// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
-/// the whole file, which is why a run reads all of it.
-fn is_texture(path: &Path, reads_whole: bool, files: &ItemFiles<'_>) -> Result<bool, Failure> {
-    /// The number of bytes of the longest signature.
-    const SIGNATURE: u64 = 12;
-    if reads_whole {
-        return Ok(is_light_texture(&files.read(path)?));
-    }
-    let mut first = Vec::new();
-    files.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
-    // What glTF holds is known only by the whole document.
-    let is_document = first.starts_with(b"glTF") || first.trim_ascii_start().starts_with(b"{");
-    Ok(is_light_texture(&first) || is_document && is_light_texture(&files.read(path)?))
-}
-
 /// Reads the image of the source, and the layout and turn of its light.
 fn read_source(
     source: &Path,
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Shown), Failure> {
-    match SourcePictures::find(source, true, parameters, &context.files)? {
+    match SourcePictures::find(source, true, wanted(parameters), &context.files)? {
         SourcePictures::One => {
             let decoded = read_picture(source, parameters, context)?;
             let Decoded { image, openexr_envmap, panorama, .. } = decoded;
@@ -593,9 +523,4 @@ fn wanted(parameters: &Parameters) -> Option<Layout> {
         OrAuto::Auto => None,
         OrAuto::Fixed(LayoutName(layout)) => Some(layout),
     }
-}
-
-/// The last part of a path, for messages.
-fn name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }

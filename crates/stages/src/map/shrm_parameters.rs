@@ -151,7 +151,8 @@ pub(crate) struct PlannedMap<'a> {
 }
 
 impl ShrmSettings {
-    /// Those of the kind by default for KTX2 files of halves, at a resolution of a cube.
+    /// The settings by which `export-shrm` makes a KTX2 file of halves if its parameters name none but the edge of
+    /// the cube and the place of lamps.
     pub(crate) fn of_cube(edge: usize, lamps: LampsName) -> Self {
         let small = SmallMap { degree: DegreeChoice::default(), per_coefficient: 8, with_zeros: false };
         let input = MapInput {
@@ -165,7 +166,7 @@ impl ShrmSettings {
         Self { input, parts: PartsName::Separate }
     }
 
-    /// Those of the stage that exported these files; `None` if it is of another kind.
+    /// The settings of the stage that exported some files; `None` if its kind is not `export-shrm`.
     ///
     /// # Errors
     /// If the files hold components.

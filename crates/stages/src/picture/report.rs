@@ -118,8 +118,8 @@
 //! P, the layout and the resolution. One that is not connected is a cube of `resolution` in KTX2, with the
 //! defaults of `export-shrm` for P: the least that its `accept` takes, unless `project-brdf` names degrees.
 //!
-//! Of a material with a matte base under a highlight, SHRM, Kautz-McCool and Cabral are maps of each part,
-//! whose light and sizes add up, unless the connected stage has `parts = "together"`. Two files of a stage at
+//! If a material has a matte base under a highlight, its SHRM, Kautz-McCool and Cabral exports are two maps,
+//! one of each part, whose light and sizes add up, unless the connected stage has `parts = "together"`. Two files of a stage at
 //! `reflection-map` are those of the plain map of each part.
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows

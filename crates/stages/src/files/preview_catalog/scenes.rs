@@ -5,19 +5,18 @@ use std::sync::Arc;
 
 use brdf::{BrdfTable, Material};
 use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
-use envmap::Environment;
 use mesh::{MaterialRange, Mesh};
-use preview::{CompactMap, Light, Look, MapSizes, PrefilteredCube, Scene, ScenePart};
-use preview::{Export, SubjectDetails};
+use preview::{CompactMap, Light, Look, MapSizes, Scene, ScenePart};
 use sh::{Degree, Expansion, Lighting, unstopped};
 use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
-use super::light_alone::{LightAlone, ROUGHNESSES, exported_light, prefiltered};
+use super::last_build::{handle, handle_of, is_current};
+use super::light_alone::{LightAlone, ROUGHNESSES};
+use super::light_files::{LightFiles, LitBy, lit_by};
 use super::mesh_part::MeshPart;
 use super::recent::Recent;
 use super::{CatalogEntry, CompactMapItems, MeshSource, PreviewCatalog, artifact};
-use crate::engines::{ExportedLight, LightInFile};
 use crate::values::artifacts;
 
 /// The number of looks that are kept, with their maps.
@@ -461,152 +460,7 @@ impl SceneCache {
     }
 }
 
-impl PreviewCatalog {
-    /// Whether the light of a scene of an entry is turned as the manifest says. Light that no environment
-    /// made only is when its `rotate` stage has run.
-    pub fn is_light_turned(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> bool {
-        let plan = self.plan();
-        artifact(plan, entry.environment) == Some(artifacts::Environment::TYPE)
-            || entry.lighting.is_some_and(|item| is_current(plan, results, entry, item))
-    }
-
-    /// The material of an entry, as the last build made it.
-    pub fn material(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> Option<Material> {
-        let material = results.get(entry.material?)?.get::<artifacts::Material>().ok()?;
-        Some(material.0.clone())
-    }
-
-    /// The facts that the inspector shows about an entry: the sizes of its exported files, the warnings and
-    /// notes of its stages, and the warnings of its exports.
-    pub fn facts(&self, results: &ResultsSnapshot, entry: &CatalogEntry) -> SubjectDetails {
-        let plan = self.plan();
-        let exports = entry.exports.iter().filter_map(|&item| {
-            let stage = &plan.stages[plan.items[item].stage];
-            let parameters = stage.configured.canonical();
-            let format =
-                parameters["format"].as_str().map_or_else(String::new, |format| format!(", {format}"));
-            let sizes = results.file_sizes(item);
-            let name = format!("{}{format}", stage.kind.name());
-            (!sizes.is_empty()).then(|| Export { name, bytes: sizes.iter().sum() })
-        });
-        let warnings = |item| {
-            let stage = super::stage_name(plan, item);
-            results.warnings(item).iter().map(move |warning| format!("{stage}: warning: {warning}"))
-        };
-        let messages = entry.ancestry.iter().flat_map(|&item| {
-            let stage = super::stage_name(plan, item);
-            warnings(item).chain(results.notes(item).iter().map(move |note| format!("{stage}: {note}")))
-        });
-        let messages = messages.chain(entry.exports.iter().flat_map(|&item| warnings(item)));
-        let outdated = outdated(plan, results, entry).map(|item| {
-            let stage = super::stage_name(plan, item);
-            format!("{stage}: this is older than its inputs")
-        });
-        let export = entry.light_alone.and_then(|light| light.export);
-        let remarks = export.and_then(|item| Some((item, exported_light(plan, item)?)));
-        let remarks = remarks.and_then(|(item, light)| {
-            let stage = super::stage_name(plan, item);
-            light.remark().map(|remark| format!("{stage}: {remark}"))
-        });
-        SubjectDetails {
-            exports: exports.collect(),
-            notes: remarks.into_iter().chain(outdated).chain(messages).collect(),
-        }
-    }
-}
-
-/// What an export lights a surface with.
-enum LitBy {
-    /// A cube, and the level that each of [`ROUGHNESSES`] reads.
-    Cube(PrefilteredCube, [f64; ROUGHNESSES.len()]),
-    /// An image, which the engine filters itself.
-    Image(Environment),
-}
-
-/// The files of an export that light a surface.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct LightFiles {
-    /// The image or the cube.
-    image: Digest,
-    /// The lights beside it, if they have a file.
-    lights: Option<Digest>,
-}
-
-impl LightFiles {
-    /// The files of an item, if the last build has written them.
-    fn of(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Option<Self> {
-        let lights = exported_light(plan, item)?.lights_file();
-        let lights = lights.and_then(|file| results.file_digest(item, file));
-        Some(Self { image: results.file_digest(item, 0)?, lights })
-    }
-}
-
-/// The light in the files of an item: that of the image, and the lights beside it.
-fn lit_by(
-    plan: &Plan,
-    results: &ResultsSnapshot,
-    item: ItemIndex,
-    files: LightFiles,
-) -> Result<(LitBy, Vec<sh::Light>), Failure> {
-    let light = exported_light(plan, item).ok_or_else(|| Failure::new("this stage does not export light"))?;
-    let suns = match files.lights {
-        Some(file) => light.read_lights(&results.read_file(file)?)?,
-        None => Vec::new(),
-    };
-    let levels = match light.read(&results.read_file(files.image)?)? {
-        LightInFile::Image(image) => return Ok((LitBy::Image(image), suns)),
-        LightInFile::Cube(levels) => levels,
-    };
-    let of_levels = match light {
-        ExportedLight::Engine { .. } => Vec::new(),
-        ExportedLight::Texture => roughness_of_levels(plan, results, item)?,
-    };
-    let cube = PrefilteredCube::new(levels).ok_or_else(|| Failure::new("the cube has no levels"))?;
-    let size = cube.levels()[0].cube().edge;
-    let level = |roughness| cube.nearest(light.level(roughness, size, &of_levels));
-    let levels = ROUGHNESSES.map(level);
-    Ok((LitBy::Cube(cube, levels), suns))
-}
-
-/// The roughness of each level of the cube that an item exports.
-fn roughness_of_levels(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Vec<f64>, Failure> {
-    let item = prefiltered(plan, item).ok_or_else(|| Failure::new("the cube is not prefiltered"))?;
-    let cube = handle(plan, results, item)?.get::<artifacts::Prefiltered>()?;
-    Ok(cube.0.levels.iter().map(|level| level.roughness).collect())
-}
-
 /// The failure of a light that no picture can show.
 fn not_finite() -> Failure {
     Failure::new("the light has a radiance that is not finite")
-}
-
-/// The artifact that the last build made of a mesh of the manifest.
-fn handle_of(
-    catalog: &PreviewCatalog,
-    results: &ResultsSnapshot,
-    mesh: &str,
-) -> Result<Arc<engine::Handle>, Failure> {
-    let item = catalog.mesh_item(mesh).ok_or_else(|| Failure::new("no stage makes a built-in mesh"))?;
-    handle(catalog.plan(), results, item)
-}
-
-/// The artifact that the last build made of an item.
-fn handle(plan: &Plan, results: &ResultsSnapshot, item: ItemIndex) -> Result<Arc<engine::Handle>, Failure> {
-    results.get(item).ok_or_else(|| {
-        let (stage, key) = (super::stage_name(plan, item), &plan.items[item].key);
-        Failure::new(format!("{stage} [{key}] has not been built yet, or its result was removed"))
-            .help("run `specula build` and fix what it reports")
-    })
-}
-
-/// Whether one of the items that make the maps of an entry was made from the present light and material.
-fn is_current(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry, item: ItemIndex) -> bool {
-    let inputs = || plan.items[item].inputs.iter().flatten();
-    !entry.maps.contains(&item)
-        || results.is_consistent(plan, item) && inputs().all(|input| is_current(plan, results, entry, *input))
-}
-
-/// The items of an entry that are older than their inputs.
-fn outdated(plan: &Plan, results: &ResultsSnapshot, entry: &CatalogEntry) -> impl Iterator<Item = ItemIndex> {
-    entry.ancestry.iter().copied().filter(|item| !results.is_consistent(plan, *item))
 }

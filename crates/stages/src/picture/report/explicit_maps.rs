@@ -124,7 +124,7 @@ impl<'a> ExplicitMaps<'a> {
         };
         let maps = self.maps.len();
         let texture = if maps == 1 { texture } else { format!("{maps} × {texture}") };
-        // Of two maps the last is that of the highlight.
+        // The map of a highlight comes after that of its matte base, and has the higher degrees.
         let degrees = self.maps.last().map(|(field, _)| [field.brdf().f().get(), field.brdf().p().get()]);
         let [f, p] = degrees.unwrap_or_default();
         let p = if self.method == Method::ReflectionMap { 0 } else { p };

@@ -128,7 +128,7 @@ impl<'a> ShrmMaps<'a> {
             texture.push_str(&format!(", {lights} {}", if lights == 1 { "light" } else { "lights" }));
         }
         let degrees = |made: &MadeMap<'_>| (made.plan.field.brdf().f().get(), made.plan.shape.p.get());
-        // Of two maps the last is that of the highlight.
+        // The map of a highlight comes after that of its matte base, and has the higher degrees.
         let (f, p) = self.maps.last().map(degrees).unwrap_or_default();
         let (method, bytes, one_of) = (self.method, bytes as u64, lattice.one_of());
         Export { method, errors, f, p, bytes, file: None, texture, maps: self.maps.len(), one_of }
