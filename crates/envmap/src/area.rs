@@ -1,4 +1,4 @@
-//! Means of a lat-long image over the texels of a coarser one, exactly.
+//! Means of an image over the texels of a coarser one, exactly.
 //!
 //! Solid angle on a lat-long grid is a product, dw = dphi d(cos theta), so that the texels of one grid
 //! overlap those of another in rectangles: each new value is the mean of the old ones weighted by the
@@ -40,13 +40,46 @@ fn overlaps(old: usize, new: usize, edge: impl Fn(f64) -> f64) -> Overlaps {
 pub(crate) fn means(grid: LatLong, pixels: &[[f32; 3]], onto: LatLong) -> Vec<[f32; 3]> {
     let columns = overlaps(grid.width, onto.width, |u| u);
     let rows = overlaps(grid.height, onto.height, |v| -math::cos(PI * v));
-    let mut out = vec![[0.0; 3]; onto.len()];
-    out.par_chunks_mut(onto.width).zip(&rows).for_each(|(values, rows)| {
-        for (value, columns) in values.iter_mut().zip(&columns) {
+    averaged(grid.width, &columns, &rows, |texel| pixels[texel])
+}
+
+/// The means of a flat picture over the texels of another grid with no more rows and columns.
+///
+/// Sizes are width and height, texels lie row by row, and `texel` returns that of an index. A texel that
+/// belongs to several of the other grid counts in each by its share, so that the mean of the picture stays.
+///
+/// # Panics
+/// If a side of the other grid is 0.
+///
+/// # Example: three texels become two
+/// ```
+/// let row: [[f32; 3]; 3] = [[0.0; 3], [3.0; 3], [6.0; 3]];
+/// assert_eq!(envmap::box_filtered([3, 1], [2, 1], |k| row[k]), [[1.0; 3], [5.0; 3]]);
+/// ```
+pub fn box_filtered(
+    size: [usize; 2],
+    coarse: [usize; 2],
+    texel: impl Fn(usize) -> [f32; 3] + Sync,
+) -> Vec<[f32; 3]> {
+    assert!(coarse.iter().all(|side| *side > 0), "a picture has texels");
+    let [columns, rows] = [0, 1].map(|axis| overlaps(size[axis], coarse[axis], |place| place));
+    averaged(size[0], &columns, &rows, texel)
+}
+
+/// The means of the texels of an image of this width over the new cells that these columns and rows make.
+fn averaged(
+    width: usize,
+    columns: &Overlaps,
+    rows: &Overlaps,
+    texel: impl Fn(usize) -> [f32; 3] + Sync,
+) -> Vec<[f32; 3]> {
+    let mut out = vec![[0.0; 3]; columns.len() * rows.len()];
+    out.par_chunks_mut(columns.len()).zip(rows).for_each(|(values, rows)| {
+        for (value, columns) in values.iter_mut().zip(columns) {
             let mut sum = [0.0; 3];
             for &(row, down) in rows {
                 for &(column, across) in columns {
-                    let pixel = pixels[row * grid.width + column];
+                    let pixel = texel(row * width + column);
                     for channel in 0..3 {
                         sum[channel] += down * across * f64::from(pixel[channel]);
                     }
@@ -56,4 +89,28 @@ pub(crate) fn means(grid: LatLong, pixels: &[[f32; 3]], onto: LatLong) -> Vec<[f
         }
     });
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_of_a_picture_stays() {
+        let texel = |k: usize| [k as f32, (k * k % 17) as f32, 1.0];
+        let mean = |texels: &[[f32; 3]]| {
+            let sum = texels.iter().fold([0.0; 3], |sum, rgb| [0, 1, 2].map(|k| sum[k] + f64::from(rgb[k])));
+            sum.map(|sum| sum / texels.len() as f64)
+        };
+        let size = [23, 14];
+        let whole: Vec<_> = (0..size[0] * size[1]).map(texel).collect();
+        for coarse in [[23, 14], [11, 7], [12, 13], [1, 5], [1, 1]] {
+            let found = box_filtered(size, coarse, texel);
+            assert_eq!(found.len(), coarse[0] * coarse[1]);
+            for (found, expected) in mean(&found).into_iter().zip(mean(&whole)) {
+                assert!((found - expected).abs() < 1e-5 * expected, "{coarse:?}: {found} {expected}");
+            }
+        }
+        assert_eq!(box_filtered(size, size, texel), whole);
+    }
 }

@@ -9,7 +9,6 @@
 mod area;
 mod atlas;
 mod audit;
-mod box_filter;
 mod bright_texels;
 mod canvas;
 mod coverage;
@@ -32,9 +31,9 @@ mod tone;
 mod white_balance;
 mod without_lights;
 
+pub use area::box_filtered;
 pub use atlas::Atlas;
 pub use audit::{BadPixels, audit, repair};
-pub use box_filter::box_filtered;
 pub use coverage::Coverage;
 pub use cube_map::CubeMap;
 pub use environment::Environment;

@@ -6,7 +6,7 @@ use super::*;
 use crate::kinds::ExportedFiles;
 use crate::parameters;
 
-/// Writes the sizes of files to a file, with the names of their items.
+/// Writes the sizes of files to a file, with the names of their items and the parameters of [`Letters`].
 struct Sizes;
 
 impl Kind for Sizes {
@@ -27,7 +27,12 @@ impl Kind for Sizes {
     fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
         let mut text = String::new();
         for (key, files) in context.inputs.many::<ExportedFiles>("files")? {
-            writeln!(text, "{key}: {:?}, {} in all", files.bytes, files.total()).unwrap();
+            write!(text, "{key}: {:?}, {} in all", files.bytes, files.total()).unwrap();
+            if files.kind == Letters::NAME {
+                let Letter { letter, times } = Letter::from_canonical(&files.parameters).unwrap();
+                write!(text, ", {letter} x {times}").unwrap();
+            }
+            text.push('\n');
         }
         Ok(Output::files(vec![text.into_bytes()]))
     }
@@ -149,33 +154,6 @@ impl Kind for Letters {
     }
 }
 
-/// Writes what it learns of how files were made.
-struct Makers;
-
-impl Kind for Makers {
-    type Parameters = Nothing;
-    const NAME: &'static str = "makers";
-    const REVISION: u32 = 1;
-    const TEXT: &'static str = "//! Lists makers.\n";
-
-    fn ports() -> Vec<Port> {
-        vec![Port::many::<ExportedFiles>("files")]
-    }
-
-    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
-        Product::Files(vec![".txt".into()])
-    }
-
-    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
-        let mut text = String::new();
-        for (_, files) in context.inputs.many::<ExportedFiles>("files")? {
-            let Letter { letter, times } = Letter::from_canonical(&files.parameters).unwrap();
-            writeln!(text, "{} {letter} x {times}: {} bytes", files.kind, files.total()).unwrap();
-        }
-        Ok(Output::files(vec![text.into_bytes()]))
-    }
-}
-
 #[test]
 fn a_consumer_of_files_learns_the_parameters_by_which_they_were_made() {
     let mut project = two_texts(
@@ -184,20 +162,20 @@ schema = 1
 [stage]
 text = { kind = "text-source", source = "a.txt" }
 letters = { kind = "letters", input = "text" }
-makers = { kind = "makers", input = "letters" }
+sizes = { kind = "sizes", input = "letters" }
 "#,
     );
-    project.kinds = kinds().with(Letters).with(Makers);
+    project.kinds = kinds().with(Letters).with(Sizes);
     assert_has(project.build(), ["3 ran"]);
-    assert_eq!(project.read("out/makers.txt"), "letters x x 1: 3 bytes\n");
+    assert_eq!(project.read("out/sizes.txt"), "a: [3], 3 in all, x x 1\n");
     // Other files of the same size, made by another parameter.
     project.edit("input = \"text\"", "input = \"text\", letter = \"y\"");
-    assert_has(project.build(), ["ran letters", "ran makers", "ended: 2 ran, 1 up to date"]);
-    assert_eq!(project.read("out/makers.txt"), "letters y x 1: 3 bytes\n");
+    assert_has(project.build(), ["ran letters", "ran sizes", "ended: 2 ran, 1 up to date"]);
+    assert_eq!(project.read("out/sizes.txt"), "a: [3], 3 in all, y x 1\n");
     // A default that is written out changes no parameter, so the consumer does not run.
     project.edit("letter = \"y\"", "letter = \"y\", times = 1");
     assert_has(project.build(), ["ended: 0 ran, 3 up to date"]);
     project.edit("times = 1", "times = 2");
     assert_has(project.build(), ["ended: 2 ran, 1 up to date"]);
-    assert_eq!(project.read("out/makers.txt"), "letters y x 2: 6 bytes\n");
+    assert_eq!(project.read("out/sizes.txt"), "a: [6], 6 in all, y x 2\n");
 }

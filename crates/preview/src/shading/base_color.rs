@@ -10,7 +10,7 @@
 //! exact under a uniform light, and for a dielectric under every light of degree 2. Where more light is
 //! missing than S has, as in shadows, L is L0 c / c0. It is L0 where c is c0.
 
-use brdf::{BaseColorResponse, BaseColorTexture, ResponseNode, Standard};
+use brdf::{BaseColorResponse, BaseColorTexture, Standard};
 use glam::Vec3;
 use sh::Expansion;
 
@@ -32,17 +32,9 @@ pub struct BaseColorMap {
 /// The response of a material under a light to its base colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedResponse {
-    /// The factors of 1, y, z, x, xy, yz, 3zz - 1, xz and xx - yy in D, without t.
+    /// The factors of 1, y, z, x, xy, yz, 3zz - 1, xz and xx - yy in D, without t (1 - `metallic`).
     light: [Vec3; 9],
-    base_color: Vec3,
-    dielectric: Vec3,
-    sheen: Vec3,
-    dielectric_several: Vec3,
-    metallic: f32,
-    f_90: f32,
-    whole: f32,
-    /// t, w, A, B, and the albedos of coat and white sheen, at equal steps of the cosine's root.
-    nodes: Vec<[f32; 6]>,
+    response: BaseColorResponse,
 }
 
 /// The factors of the polynomials in real harmonics of degree 0 to 2, row l*l + l + m.
@@ -62,81 +54,59 @@ impl BaseColorMap {
     /// The texture of a material under a light with these coefficients; those that it lacks up to degree 2
     /// are 0.
     pub fn new(texture: &BaseColorTexture, material: &Standard, lighting: &Expansion) -> Self {
-        let response = PackedResponse::new(&material.base_color_response(), lighting);
+        let response = PackedResponse::new(material.base_color_response(), lighting);
         Self { texture: PackedTexture::new(texture), response }
     }
 }
 
 impl PackedResponse {
-    fn new(response: &BaseColorResponse, lighting: &Expansion) -> Self {
+    fn new(response: BaseColorResponse, lighting: &Expansion) -> Self {
         let mut light = [Vec3::ZERO; 9];
         for (row, (value, out)) in lighting.coefficients().iter().zip(&mut light).enumerate() {
-            let scale = HARMONICS[row] * response.matte[row.isqrt()] * (1.0 - response.metallic);
+            let scale = HARMONICS[row] * response.matte[row.isqrt()];
             *out = Vec3::from_array(value.map(|value| (value * scale) as f32));
         }
-        let rgb = |rgb: [f64; 3]| Vec3::from_array(rgb.map(|value| value as f32));
-        Self {
-            light,
-            base_color: rgb(response.base_color),
-            dielectric: rgb(response.dielectric),
-            sheen: rgb(response.sheen),
-            dielectric_several: rgb(response.dielectric_several),
-            metallic: response.metallic as f32,
-            f_90: response.f_90 as f32,
-            whole: response.whole as f32,
-            nodes: response.nodes.iter().map(|node: &ResponseNode| node.map(|value| value as f32)).collect(),
-        }
+        Self { light, response }
     }
 
     /// The numbers for shaders: [`NUMBERS`] texels, then two for each node.
     pub fn texels(&self) -> Vec<[f32; 4]> {
-        let mut texels: Vec<[f32; 4]> = self.light.iter().map(|rgb| rgb.extend(0.0).to_array()).collect();
+        let of = &self.response;
         let colours = [
-            (self.base_color, self.metallic),
-            (self.dielectric, self.f_90),
-            (self.sheen, self.whole),
-            (self.dielectric_several, 0.0),
+            (of.base_color, of.metallic),
+            (of.dielectric, of.f_90),
+            (of.sheen, of.whole),
+            (of.dielectric_several, 0.0),
         ];
-        texels.extend(colours.map(|(rgb, number)| rgb.extend(number).to_array()));
-        let nodes = self.nodes.iter();
-        texels.extend(nodes.flat_map(|&[t, w, a, b, coat, fibres]| [[t, w, a, b], [coat, fibres, 0.0, 0.0]]));
-        texels
-    }
-
-    /// The functions of a view at a cosine.
-    fn at(&self, cosine: f32) -> [f32; 6] {
-        let place = cosine.clamp(0.0, 1.0).sqrt() * (self.nodes.len() - 1) as f32;
-        let node = (place as usize).min(self.nodes.len() - 2);
-        let (low, high, share) = (self.nodes[node], self.nodes[node + 1], place - node as f32);
-        std::array::from_fn(|k| low[k] + (high[k] - low[k]) * share)
-    }
-
-    /// R of a base colour.
-    fn rest(&self, color: Vec3, [_, w, a, b, coat, fibres]: [f32; 6]) -> Vec3 {
-        let mix = |dielectric: Vec3, metal: Vec3| dielectric + (metal - dielectric) * self.metallic;
-        let average = color + (Vec3::ONE - color) / 21.0;
-        let several = average * average * self.whole / (Vec3::ONE - average * (1.0 - self.whole));
-        let highlight = mix(self.dielectric, color) * a + self.f_90 * b;
-        self.sheen * fibres + coat + highlight + mix(self.dielectric_several, several) * w
+        let colours = colours.map(|([red, green, blue], number)| [red, green, blue, number]);
+        let nodes = of.nodes.iter();
+        let nodes = nodes.flat_map(|&[t, w, a, b, coat, fibres]| [[t, w, a, b], [coat, fibres, 0.0, 0.0]]);
+        let numbers = colours.into_iter().chain(nodes).map(|texel| texel.map(|number| number as f32));
+        self.light.iter().map(|rgb| rgb.extend(0.0).to_array()).chain(numbers).collect()
     }
 }
 
 /// The radiance toward the viewer, if the base colour is `color` in place of the material's, by which it is
 /// `radiance`.
 pub fn base_color(response: &PackedResponse, color: Vec3, radiance: Vec3, surface: &Surface) -> Vec3 {
-    let of_view = response.at(surface.normal.dot(surface.view));
     let Vec3 { x, y, z } = surface.normal;
     let polynomials = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
     let light = response.light.iter().zip(polynomials).fold(Vec3::ZERO, |sum, (rgb, p)| sum + *rgb * p);
-    let matte = light.max(Vec3::ZERO) * of_view[0];
-    let [of_mean, of_color] = [response.base_color, color].map(|color| response.rest(color, of_view));
+    let light = light.max(Vec3::ZERO);
+    let cosine = f64::from(surface.normal.dot(surface.view));
+    let of = |color: Vec3| {
+        let albedo = response.response.albedo(color.to_array().map(f64::from), cosine);
+        albedo.map(|rgb| Vec3::from_array(rgb.map(|value| value as f32)))
+    };
+    let mean = Vec3::from_array(response.response.base_color.map(|value| value as f32));
+    let ([matte_of_mean, rest_of_mean], [matte, rest]) = (of(mean), of(color));
     let channel = |k: usize| {
-        let base = response.base_color[k] * matte[k];
-        let rest = (radiance[k] - base).max(0.0);
-        let whole = base + rest;
+        let base = light[k] * matte_of_mean[k];
+        let beside = (radiance[k] - base).max(0.0);
+        let whole = base + beside;
         if whole > 0.0 {
-            let ratio = if of_mean[k] > 0.0 { of_color[k] / of_mean[k] } else { 1.0 };
-            radiance[k] * ((color[k] * matte[k] + rest * ratio) / whole)
+            let ratio = if rest_of_mean[k] > 0.0 { rest[k] / rest_of_mean[k] } else { 1.0 };
+            radiance[k] * ((light[k] * matte[k] + beside * ratio) / whole)
         } else {
             radiance[k]
         }
@@ -179,7 +149,7 @@ mod tests {
                     Standard::new(parameters).unwrap()
                 };
                 let of_mean = with([0.5, 0.2, 0.8]);
-                let response = PackedResponse::new(&of_mean.base_color_response(), &constant());
+                let response = PackedResponse::new(of_mean.base_color_response(), &constant());
                 for color in [[0.0; 3], [0.9, 0.4, 0.1], [1.0; 3]] {
                     for cosine in [0.2_f64, 0.5, 0.9] {
                         let view = Direction::from_angles(cosine.acos(), 0.4);
@@ -226,7 +196,7 @@ mod tests {
             sum * std::f64::consts::TAU / f64::from(rows * columns)
         };
         let of_mean = radiance(&with(0.4));
-        let response = PackedResponse::new(&with(0.4).base_color_response(), &lighting);
+        let response = PackedResponse::new(with(0.4).base_color_response(), &lighting);
         for color in [0.0, 0.1, 0.4, 0.9] {
             let rgb = Vec3::splat(color as f32);
             let found = base_color(&response, rgb, Vec3::splat(of_mean as f32), &surface(0.8_f64.cos())).x;
@@ -241,7 +211,7 @@ mod tests {
     fn shadows_keep_the_share_of_the_colours() {
         let parameters = StandardParameters { base_color: [0.5, 0.5, 0.0], ..StandardParameters::default() };
         let response = Standard::new(parameters).unwrap().base_color_response();
-        let lit = PackedResponse::new(&response, &constant());
+        let lit = PackedResponse::new(response.clone(), &constant());
         let at =
             |response: &PackedResponse, color, radiance| base_color(response, color, radiance, &surface(0.7));
         let dim = at(&lit, Vec3::new(0.25, 1.0, 0.0), Vec3::splat(0.1));
@@ -249,7 +219,7 @@ mod tests {
         let negative = at(&lit, Vec3::new(0.25, 1.0, 0.0), Vec3::splat(-0.1));
         assert!((negative - Vec3::new(-0.05, -0.2, -0.1)).length() < 1e-6, "{negative}");
         assert_eq!(at(&lit, Vec3::ONE, Vec3::ZERO), Vec3::ZERO);
-        let dark = PackedResponse::new(&response, &Expansion::zero(Degree::ZERO));
+        let dark = PackedResponse::new(response, &Expansion::zero(Degree::ZERO));
         assert_eq!(at(&dark, Vec3::ONE, Vec3::ZERO), Vec3::ZERO);
         assert_eq!(at(&dark, Vec3::ONE, Vec3::splat(0.3)), Vec3::splat(0.3));
     }

@@ -39,9 +39,8 @@ fn base_color(row: u32, color: vec3f, radiance: vec3f, surface: Surface) -> vec3
     light += base_color_number(6u, row).rgb * (3.0 * n.z * n.z - 1.0);
     light += base_color_number(7u, row).rgb * (n.x * n.z);
     light += base_color_number(8u, row).rgb * (n.x * n.x - n.y * n.y);
-    let matte = max(light, vec3f(0.0)) * facets.x;
-
     let mean = base_color_number(9u, row);
+    let matte = max(light, vec3f(0.0)) * (facets.x * (1.0 - mean.w));
     let dielectric = base_color_number(10u, row);
     let sheen = base_color_number(11u, row);
     let several = base_color_number(12u, row).rgb;

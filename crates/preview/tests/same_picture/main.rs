@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use envmap::ToneMap;
 use glam::{DAffine3, DQuat};
-use mesh::MaterialRange;
+use mesh::{MaterialRange, Mesh};
 use preview::{Background, Camera, Look, Mode, Object, RenderError, Scene, ScenePart, Shot, Show};
 use sphere::Rotation;
 
@@ -142,16 +142,9 @@ fn every_setting_of_a_shot_by_tables() {
     let blend: Vec<f32> = (0..knot.positions().len()).map(|vertex| (vertex % 128) as f32 / 127.0).collect();
     let blend = Arc::new(blend);
     let object = |scale: [f64; 3], at: [f64; 3], look: usize| Object {
-        mesh: Arc::clone(&knot),
-        whole: None,
-        place: DAffine3::from_scale_rotation_translation(
-            scale.into(),
-            DQuat::from_rotation_y(0.4),
-            at.into(),
-        ),
-        look: Arc::clone(&looks[look].1),
         transfer: Some(Arc::clone(&transfer)),
         blend: Some(Arc::clone(&blend)),
+        ..placed(&knot, &looks[look].1, (scale, 0.4, at))
     };
     let objects =
         vec![object([0.8; 3], [0.0, -0.8, 0.0], 0), object([-0.6, 0.6, 0.6], [0.5, 0.6, 0.3], several)];
@@ -178,27 +171,30 @@ fn every_setting_of_a_shot_by_tables() {
     compared.finish();
 }
 
+/// An object of a scale, turned about y, at a place.
+fn placed(mesh: &Arc<Mesh>, look: &Arc<Look>, (scale, turn, at): ([f64; 3], f64, [f64; 3])) -> Object {
+    let turn = DQuat::from_rotation_y(turn);
+    Object {
+        mesh: Arc::clone(mesh),
+        whole: None,
+        place: DAffine3::from_scale_rotation_translation(scale.into(), turn, at.into()),
+        look: Arc::clone(look),
+        transfer: None,
+        blend: None,
+    }
+}
+
 /// Four objects with all materials: one is mirrored, one is occluded, one is cut by the picture's edge.
 fn group() -> Scene {
     let looks = scenes::looks();
     let knot = Arc::new(mesh::shape("torus-knot").unwrap());
     let plane = Arc::new(mesh::shape("plane").unwrap());
-    let place = |scale: [f64; 3], turn: f64, at: [f64; 3]| {
-        DAffine3::from_scale_rotation_translation(scale.into(), DQuat::from_rotation_y(turn), at.into())
-    };
-    let object = |mesh, place, look: usize| Object {
-        mesh: Arc::clone(mesh),
-        whole: None,
-        place,
-        look: Arc::clone(&looks[look].1),
-        transfer: None,
-        blend: None,
-    };
+    let object = |mesh, place, look: usize| placed(mesh, &looks[look].1, place);
     let objects = vec![
-        object(&knot, place([0.8; 3], 0.3, [0.0, -0.8, 0.0]), 1),
-        object(&knot, place([-0.6, 0.6, 0.6], -0.4, [0.5, 0.6, 0.3]), 6),
-        object(&plane, place([1.4; 3], 0.1, [0.0, 0.0, -0.7]), 3),
-        object(&knot, place([0.5; 3], 1.0, [-0.8, 2.2, 0.0]), 11),
+        object(&knot, ([0.8; 3], 0.3, [0.0, -0.8, 0.0]), 1),
+        object(&knot, ([-0.6, 0.6, 0.6], -0.4, [0.5, 0.6, 0.3]), 6),
+        object(&plane, ([1.4; 3], 0.1, [0.0, 0.0, -0.7]), 3),
+        object(&knot, ([0.5; 3], 1.0, [-0.8, 2.2, 0.0]), 11),
     ];
     Scene { light: Arc::clone(looks[0].1.light()), objects }
 }
@@ -302,18 +298,7 @@ fn textures_of_base_colours() {
         }
     }
     let knot = Arc::new(mesh::shape("torus-knot").unwrap());
-    let object = |scale: [f64; 3], at: [f64; 3], look: usize| Object {
-        mesh: Arc::clone(&knot),
-        whole: None,
-        place: DAffine3::from_scale_rotation_translation(
-            scale.into(),
-            DQuat::from_rotation_y(0.4),
-            at.into(),
-        ),
-        look: Arc::clone(&looks[look].1),
-        transfer: None,
-        blend: None,
-    };
+    let object = |scale: [f64; 3], at: [f64; 3], look: usize| placed(&knot, &looks[look].1, (scale, 0.4, at));
     let objects = vec![
         object([0.8; 3], [0.0, -0.8, 0.0], 0),
         object([-0.6, 0.6, 0.6], [0.5, 0.6, 0.3], 1),

@@ -226,7 +226,7 @@ impl Kind for ImportMaterial {
         found.notes.into_iter().for_each(|note| reporter.note(note));
         found.warnings.into_iter().for_each(|warning| reporter.warn(warning));
         warn_of_excess(&found.material, reporter);
-        artifacts::Material(found.material).with_texture(found.base_color.as_ref())
+        artifacts::Material(found.material).output_with_texture(found.base_color.as_ref())
     }
 }
 

@@ -85,7 +85,7 @@ impl Material {
     ///
     /// # Errors
     /// If it cannot be encoded.
-    pub fn with_texture(self, texture: Option<&BaseColorTexture>) -> Result<Output, Failure> {
+    pub fn output_with_texture(self, texture: Option<&BaseColorTexture>) -> Result<Output, Failure> {
         let bytes = tensors::encode_textured_material(&self.0, texture, None)?;
         Ok(Output::Artifact { bytes, value: Arc::new(self) })
     }

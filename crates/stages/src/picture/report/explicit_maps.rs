@@ -9,7 +9,7 @@ use shrm::{MapGrid, MapViews, MeanLight, MeanLobe, Plain, Reflection, Shrm, Term
 use sphere::{Cube, Direction, LatLong};
 
 use crate::picture::report::figures::{Errors, Export, Method};
-use crate::picture::report::readers::Reader;
+use crate::picture::report::readers::{Reader, add_map};
 use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::studied::{SLICES, Studied};
 use crate::values::UntilStopped;
@@ -91,7 +91,7 @@ impl<'a> ExplicitMaps<'a> {
 
     /// The sum of the maps, as readers see it at the pixels of a sphere.
     pub(crate) fn seen(&self, sphere: &Sphere) -> Result<Vec<[f32; 3]>, Failure> {
-        let mut sum = Vec::new();
+        let mut sum = vec![[0.0; 3]; sphere.indices().len()];
         for (field, made) in &self.maps {
             let central: Vec<Direction> = sphere.central(field.brdf().centre());
             let reader = Reader::of(&central, field);
@@ -102,11 +102,7 @@ impl<'a> ExplicitMaps<'a> {
                 Made::Texture(zonal, rings) => reader.kautz_mccool(zonal, &angles(), rings.as_deref()),
                 Made::Views(soft) => reader.cabral(soft, field.lamps()),
             };
-            if sum.is_empty() {
-                sum = values;
-            } else {
-                sum.as_flattened_mut().iter_mut().zip(values.as_flattened()).for_each(|(a, b)| *a += b);
-            }
+            add_map(&mut sum, &values);
         }
         Ok(sum)
     }

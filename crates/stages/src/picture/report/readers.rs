@@ -110,6 +110,11 @@ pub(crate) fn lamps_seen(central: &[Direction], lamps: &Lamps) -> Vec<[f64; 3]> 
     central.par_iter().map(|central| lamps.radiance(*central, view)).collect()
 }
 
+/// Adds what one map gives to what others give.
+pub(crate) fn add_map(sum: &mut [[f32; 3]], values: &[[f32; 3]]) {
+    sum.as_flattened_mut().iter_mut().zip(values.as_flattened()).for_each(|(sum, value)| *sum += value);
+}
+
 /// Adds the light of lamps to what a map gives.
 pub(crate) fn add(values: &mut [[f32; 3]], lamps: &[[f64; 3]]) {
     for (value, lamps) in values.iter_mut().zip(lamps) {

@@ -8,7 +8,7 @@ use sphere::Direction;
 
 use crate::map::{PlannedMap, ShrmSettings};
 use crate::picture::report::figures::{Errors, Export, Method};
-use crate::picture::report::readers::{Reader, add, lamps_seen};
+use crate::picture::report::readers::{Reader, add, add_map, lamps_seen};
 use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::taps_on_sphere::LIGHT_BYTES;
 use crate::values::{LampsName, UntilStopped};
@@ -86,7 +86,7 @@ impl<'a> ShrmMaps<'a> {
     /// The sum of the maps, and of the lamps that they do not hold, as readers see it at the pixels of a
     /// sphere; if maps are fitted, at as many as there is time for.
     pub(crate) fn seen(&self, sphere: &Sphere, reporter: &Reporter) -> Result<Seen, Failure> {
-        let (mut lattice, mut sum) = (sphere.lattice(), Vec::new());
+        let (mut lattice, mut sum) = (sphere.lattice(), vec![[0.0; 3]; sphere.indices().len()]);
         for MadeMap { plan, map, is_fitted } in &self.maps {
             reporter.check_cancelled()?;
             let central = sphere.central(map.centre());
@@ -100,11 +100,7 @@ impl<'a> ShrmMaps<'a> {
             } else {
                 reader.shrm(map)
             };
-            if sum.is_empty() {
-                sum = values;
-            } else {
-                sum.as_flattened_mut().iter_mut().zip(values.as_flattened()).for_each(|(a, b)| *a += b);
-            }
+            add_map(&mut sum, &values);
         }
         if let Some(lamps) = self.beside() {
             add(&mut sum, &lamps_seen(&sphere.central(self.reflection.brdf().centre()), lamps));
