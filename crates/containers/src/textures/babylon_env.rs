@@ -9,6 +9,7 @@
 //!
 //! Read in Misc/environmentTextureTools of @babylonjs/core.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
@@ -275,18 +276,18 @@ fn read_faces(
     edge: usize,
     what: &str,
 ) -> Result<Vec<[f32; 3]>, Error> {
-    let mut texels = Vec::new();
-    for (face, place) in places.iter().enumerate() {
+    let read = |(face, place): (usize, &Place)| {
         let at = begin.saturating_add(place.position);
         let image = bytes.get(at..).and_then(|rest| rest.get(..place.length));
         let image = image.ok_or_else(|| {
             let end = bytes.len();
             Error::truncated(format!("{} bytes at {at} are past the file's {end}", place.length))
         });
-        let face = image
+        image
             .and_then(|image| rgbd::read_face(edge, image))
-            .map_err(|error| error.within(format!("{what}, face {face}, byte {at}")))?;
-        texels.extend(face);
-    }
-    Ok(texels)
+            .map_err(|error| error.within(format!("{what}, face {face}, byte {at}")))
+    };
+    let faces: Vec<_> = places.par_iter().enumerate().with_max_len(1).map(read).collect();
+    // Of several errors the first is reported.
+    Ok(faces.into_iter().collect::<Result<Vec<_>, Error>>()?.concat())
 }

@@ -92,7 +92,8 @@ pub(crate) fn write_faces<'a>(cubes: impl IntoIterator<Item = &'a Texture>) -> R
             faces.extend(texels.chunks_exact(edge * edge).map(|face| (edge, face)));
         }
     }
-    faces.into_par_iter().map(|(edge, texels)| write_face(edge, texels)).collect()
+    // One by one: the first six have most of the texels, and would be one thread's share.
+    faces.into_par_iter().with_max_len(1).map(|(edge, texels)| write_face(edge, texels)).collect()
 }
 
 /// A face as a PNG, the last row first.

@@ -4,6 +4,7 @@ use containers::lighting_json::{self, Preset};
 use containers::{Encoded, TexelFormat, Texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
 use envmap::CubeMap;
+use rayon::prelude::*;
 use sh::Expansion;
 use shrm::{Distribution, PrefilterKernel, prefilter_series};
 use sphere::{Cube, DVec3, Direction, Face, from_file, to_cube};
@@ -69,9 +70,9 @@ impl CubeLight<'_> {
 
 /// For each texel of an engine's cube, in the order of its file, the texel of a cube by KTX2's table in the
 /// frame of files that holds the same light.
-pub(crate) fn texels(cube: Cube, direction_at: DirectionAt) -> impl Iterator<Item = usize> {
+pub(crate) fn texels(cube: Cube, direction_at: DirectionAt) -> impl IndexedParallelIterator<Item = usize> {
     let edge = cube.edge;
-    (0..cube.len()).map(move |index| {
+    (0..cube.len()).into_par_iter().map(move |index| {
         let (face, row, column) = (index / (edge * edge), index / edge % edge, index % edge);
         let c = to_cube(cube.direction(Face::ALL[face], row, column).vector());
         let direction = Direction::normalised(from_file(direction_at(c)));

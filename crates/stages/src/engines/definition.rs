@@ -4,6 +4,7 @@ use containers::lighting_json::Preset;
 use containers::{Encoded, TexelFormat, Texture, read_texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
 use envmap::Image;
+use rayon::prelude::*;
 use sphere::{Cube, DVec3};
 use taps::{LookUp, TableShape, Widths};
 
@@ -346,8 +347,8 @@ impl Engine {
             .cube()
             .map_or((|c: DVec3| DVec3::new(-c.x, c.y, c.z)) as DirectionAt, |cube| cube.direction_at);
         let mut pixels = vec![[0.0; 3]; image.pixels().len()];
-        let texels = texels(Cube { edge: image.width() }, direction_at);
-        texels.zip(image.pixels()).for_each(|(texel, pixel)| pixels[texel] = *pixel);
+        let texels: Vec<usize> = texels(Cube { edge: image.width() }, direction_at).collect();
+        texels.into_iter().zip(image.pixels()).for_each(|(texel, pixel)| pixels[texel] = *pixel);
         pixels
     }
 

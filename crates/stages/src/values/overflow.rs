@@ -6,6 +6,7 @@
 //! channel's light, which an artist can judge, and not in numbers of texels.
 
 use engine::Reporter;
+use rayon::prelude::*;
 use shrm::MapGrid;
 
 use super::share::percent;
@@ -126,7 +127,9 @@ pub(crate) fn rounded_text(rounded: [f64; 3]) -> Option<String> {
 /// The weights of texels, to be repeated.
 fn weights(content: Content) -> Vec<f64> {
     match content {
-        Content::Light(grid) => (0..grid.len()).map(|texel| grid.solid_angle(texel)).collect(),
+        Content::Light(grid) => {
+            (0..grid.len()).into_par_iter().map(|texel| grid.solid_angle(texel)).collect()
+        }
         Content::Values => vec![1.0],
     }
 }
