@@ -151,8 +151,8 @@ pub(crate) struct PlannedMap<'a> {
 }
 
 impl ShrmSettings {
-    /// The settings by which `export-shrm` makes a KTX2 file of halves if its parameters name none but the edge of
-    /// the cube and the place of lamps.
+    /// The settings by which `export-shrm` makes a KTX2 file of halves if its parameters set nothing but the
+    /// edge of the cube and whether the map holds the lamps.
     pub(crate) fn of_cube(edge: usize, lamps: LampsName) -> Self {
         let small = SmallMap { degree: DegreeChoice::default(), per_coefficient: 8, with_zeros: false };
         let input = MapInput {

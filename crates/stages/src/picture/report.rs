@@ -119,8 +119,8 @@
 //! defaults of `export-shrm` for P: the least that its `accept` takes, unless `project-brdf` names degrees.
 //!
 //! If a material has a matte base under a highlight, its SHRM, Kautz-McCool and Cabral exports are two maps,
-//! one of each part, whose light and sizes add up, unless the connected stage has `parts = "together"`. Two files of a stage at
-//! `reflection-map` are those of the plain map of each part.
+//! one of each part, whose light and sizes add up, unless the connected stage has `parts = "together"`. Two
+//! files of a stage at `reflection-map` are those of the plain map of each part.
 //!
 //! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
 //! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
