@@ -5,6 +5,8 @@ use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
+use engine::path_text;
+
 use containers::{Format, is_texture_ending};
 use stages::Preset;
 
@@ -58,18 +60,18 @@ impl Assets {
         for file in files {
             let kind = fs::metadata(file).map_err(|error| {
                 let advice = no_preset(file, &error).map(|advice| format!("; {advice}")).unwrap_or_default();
-                format!("cannot read {}: {error}{advice}", file.display())
+                format!("cannot read {}: {error}{advice}", path_text(file))
             })?;
             if kind.is_dir() {
                 let found = Self::found(file);
                 if found == Self::default() {
-                    return Err(format!("{} contains no HDR image, material or glTF mesh", file.display()));
+                    return Err(format!("{} contains no HDR image, material or glTF mesh", path_text(file)));
                 }
                 assets = assets.and(found);
             } else if !assets.add(file, true) {
                 return Err(format!(
                     "{} is not an image of an environment, a material or a glTF mesh",
-                    file.display()
+                    path_text(file)
                 ));
             }
         }
@@ -112,7 +114,7 @@ impl Assets {
             Some(faces) => Err(format!(
                 "{} contains other images in addition to the six faces {}; name a folder with only the \
                  faces, or one face with --from cube",
-                folder.display(),
+                path_text(folder),
                 faces.join(", ")
             )),
             None => Ok(assets.environments),
@@ -215,7 +217,7 @@ pub(crate) fn file_or_preset(path: &Path) -> Result<(PathBuf, Vec<u8>), (String,
     }
     match engine::read_file(path) {
         Ok(bytes) => Ok((path.to_path_buf(), bytes)),
-        Err(error) => Err((format!("cannot read {}: {error}", path.display()), no_preset(path, &error))),
+        Err(error) => Err((format!("cannot read {}: {error}", path_text(path)), no_preset(path, &error))),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary};
+use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary, path_text};
 use parking_lot::Mutex;
 
 use crate::arguments::{BuildArguments, JsonOutput};
@@ -74,9 +74,9 @@ fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> Result<(), C
     let beside = || arguments.manifest.manifest.with_file_name(".specula");
     let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
     let [page, trace] = timings::write(timeline, &folder).map_err(|(path, error)| {
-        CommandError::system(format!("cannot write timings to {}", path.display()), &error)
+        CommandError::system(format!("cannot write timings to {}", path_text(path)), &error)
     })?;
-    say!("Wrote timings to {}, and for Perfetto to {}.", page.display(), trace.display());
+    say!("Wrote timings to {}, and for Perfetto to {}.", path_text(page), path_text(trace));
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::path::Path;
 
-use engine::{Event, ItemName, Summary, Traffic};
+use engine::{Event, ItemName, Summary, Traffic, path_text};
 use parking_lot::{Mutex, MutexGuard};
 
 use crate::arguments::BuildArguments;
@@ -236,7 +236,7 @@ fn conclusion(summary: &Summary, out: &Path, dry_run: bool) -> Vec<String> {
         ..
     } = *summary;
     let time = duration(milliseconds);
-    let out = out.display();
+    let out = path_text(out);
     if dry_run {
         let runs = match ran {
             0 => format!("Nothing would run: {} up to date.", count(up_to_date, "item")),

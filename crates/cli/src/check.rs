@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use engine::{Cancel, Determinism, Event, Kinds, Plan, SourceError};
+use engine::{Cancel, Determinism, Event, Kinds, Plan, SourceError, path_text};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
@@ -92,7 +92,7 @@ fn describe_plan(arguments: &CheckArguments, plan: &Plan, errors: &[SourceError]
     };
     print::data(&format!(
         "{} is valid: {}, {}, {} in out{failing}\n",
-        arguments.query.manifest.manifest.display(),
+        path_text(arguments.query.manifest.manifest),
         count(stages, "stage"),
         count(items, "item"),
         count(files, "file")

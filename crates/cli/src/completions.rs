@@ -11,7 +11,7 @@ use std::path::Path;
 
 use clap::CommandFactory;
 use clap_complete::Shell;
-use engine::Kinds;
+use engine::{Kinds, path_text};
 
 use crate::arguments::Arguments;
 use crate::exit::Exit;
@@ -51,14 +51,14 @@ pub(crate) fn write_manual(folder: &Path) -> Exit {
         Ok(()) => {
             say!(
                 "Wrote the manual pages to {}; `man -l {}/specula.1` shows the first.",
-                folder.display(),
-                folder.display()
+                path_text(folder),
+                path_text(folder)
             );
             Exit::Success
         }
         Err(error) => {
             print::error(
-                &[format!("cannot write manual pages to {}", folder.display()), error.to_string()],
+                &[format!("cannot write manual pages to {}", path_text(folder)), error.to_string()],
                 None,
             );
             Exit::System

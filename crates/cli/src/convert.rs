@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use engine::Kinds;
+use engine::{Kinds, path_text};
 use stages::{ENGINES, Engine};
 
 use crate::arguments::{ConvertArguments, ConvertTarget};
@@ -90,7 +90,7 @@ impl Request {
             None => recognise::one_layout(&files).and_then(|environments| environments.layout),
         };
         if let Some(layout) = shown {
-            let input = arguments.inputs[0].display();
+            let input = path_text(arguments.inputs[0]);
             print::message(&format!(
                 "{input} is assumed to be {layout} because of its shape; --from sets another layout"
             ));
@@ -160,16 +160,16 @@ impl Inputs {
                 let before = files.len();
                 files.extend(found);
                 if files.len() == before {
-                    return Err(usage(format!("{} matches no image of an environment", input.display())));
+                    return Err(usage(format!("{} matches no image of an environment", path_text(input))));
                 }
                 continue;
             }
             let kind = fs::metadata(input)
-                .map_err(|error| usage(format!("cannot read {}: {error}", input.display())))?;
+                .map_err(|error| usage(format!("cannot read {}: {error}", path_text(input))))?;
             if kind.is_dir() && !says_cube {
                 let found = Assets::in_folder(input).map_err(usage)?;
                 if found.is_empty() {
-                    return Err(usage(format!("{} contains no image of an environment", input.display())));
+                    return Err(usage(format!("{} contains no image of an environment", path_text(input))));
                 }
                 files.extend(found);
             } else {
@@ -205,7 +205,7 @@ impl Export {
             is_many || is_cube && arguments.from.as_deref() != Some("cube") && by_name.is_none() && !is_faces;
         let format = match (arguments.format.as_deref(), by_name) {
             (Some(format), Some(by_name)) if format != by_name && !is_many => {
-                return Err(format!("{} is not a file name for the format {format}", output.display()));
+                return Err(format!("{} is not a file name for the format {format}", path_text(output)));
             }
             (Some(format), _) => format,
             (None, Some(format)) if !is_many => format,
@@ -252,11 +252,11 @@ impl Export {
                         "{} loads {}, not {}; name such a file, or a folder for all files that it loads",
                         engine.name,
                         known.join(" or "),
-                        output.display()
+                        path_text(output)
                     ));
                 };
                 if is_many {
-                    let file = output.display();
+                    let file = path_text(output);
                     return Err(format!("{file} is one file; name a folder for several environments"));
                 }
                 // The preferred format needs no word.
@@ -270,7 +270,7 @@ impl Export {
             (Some(_), Place::Light(_)) => {
                 return Err(format!(
                     "{} is only the light; name a folder to get a sky too",
-                    output.display()
+                    path_text(output)
                 ));
             }
             (Some("none"), _) => Some("skybox = false".into()),
@@ -303,9 +303,8 @@ fn engine_of(arguments: &ConvertArguments) -> Option<&'static Engine> {
 
 /// The error of an output whose extension is no image's: the command that writes such files, if there is one.
 fn no_format(arguments: &ConvertArguments) -> String {
-    let output = arguments.output.display();
-    let inputs =
-        arguments.inputs.iter().map(|input| input.display().to_string()).collect::<Vec<_>>().join(" ");
+    let output = path_text(arguments.output);
+    let inputs = arguments.inputs.iter().map(|input| path_text(input)).collect::<Vec<_>>().join(" ");
     let other = match extension(&arguments.output).as_deref() {
         None => format!(
             "`specula convert {inputs} --engine three -o {output}` writes the files that an engine loads"
@@ -378,7 +377,7 @@ fn light_format(arguments: &ConvertArguments, is_many: bool) -> Result<String, S
         None => "ktx2",
     };
     if !is_many && is_file != (format == TENSORS) {
-        return Err(format!("{} does not have a name that fits the format {format}", output.display()));
+        return Err(format!("{} does not have a name that fits the format {format}", path_text(output)));
     }
     Ok(format.to_owned())
 }

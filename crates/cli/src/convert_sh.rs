@@ -6,6 +6,8 @@ use containers::lighting_json::{self, Preset};
 use containers::{GltfLighting, is_babylon_env, read_babylon_polynomial, read_gltf_lighting};
 use sh::Lighting;
 
+use engine::path_text;
+
 use crate::arguments::ConvertShArguments;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
@@ -22,7 +24,7 @@ pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, CommandError> 
     };
     let (from, to) = (from.as_deref().map(preset).transpose()?, preset(to)?);
     let bytes = engine::read_file(input)
-        .map_err(|error| failed(&[format!("cannot read {}: {error}", input.display())], None))?;
+        .map_err(|error| failed(&[format!("cannot read {}: {error}", path_text(input))], None))?;
     let is_gltf = is_gltf(input, &bytes);
     let found = if is_gltf { read_gltf(&bytes, from) } else { read(&bytes, from).map(|found| (found, None)) };
     let ((from, mut lighting), light) = found.map_err(|error| {
@@ -37,7 +39,7 @@ pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, CommandError> 
                       text with 27 numbers such as cmgen's sh.txt; for text, --from sets the convention"
             }
         };
-        failed(&[format!("{}: {error}", input.display())], Some(help))
+        failed(&[format!("{}: {error}", path_text(input))], Some(help))
     })?;
     if let Some(light) = light {
         say!("Read {light}.");
@@ -63,8 +65,8 @@ pub(crate) fn run(arguments: &ConvertShArguments) -> Result<Exit, CommandError> 
     let written = written.map_err(|error| failed(&[error.to_string()], None))?;
     let Some(output) = output else { return Ok(print::data(&String::from_utf8_lossy(&written))) };
     engine::replace_file(output, &written)
-        .map_err(|error| CommandError::system(format!("cannot write {}", output.display()), &error))?;
-    say!("Wrote {}.", output.display());
+        .map_err(|error| CommandError::system(format!("cannot write {}", path_text(output)), &error))?;
+    say!("Wrote {}.", path_text(output));
     Ok(Exit::Success)
 }
 

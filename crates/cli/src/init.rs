@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
-use engine::Kinds;
+use engine::{Kinds, path_text};
 use stages::{ENGINES, Engine, PRESETS, Preset};
 
 use crate::arguments::{MANIFEST, SchemaSubject};
@@ -50,7 +50,7 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
         }
     }
     if manifest.exists() {
-        say!("error: {} already exists; nothing was written", manifest.display());
+        say!("error: {} already exists; nothing was written", path_text(manifest));
         return Exit::Usage;
     }
     let found = match sample {
@@ -88,7 +88,7 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
         return exit;
     }
     for (file, reason) in found.left_out.iter().chain(&of_meshes.left_out) {
-        say!("left out {}: {reason}", file.display());
+        say!("left out {}: {reason}", path_text(file));
     }
     if sample || !found.environments.is_empty() {
         if !sample {
@@ -109,10 +109,13 @@ pub(crate) fn run(folder: &Path, engine: Option<&str>, sample: bool, materials: 
     }
     let environments = folder.join("assets").join("environments");
     if let Err(error) = fs::create_dir_all(&environments) {
-        say!("error: cannot create {}: {error}", environments.display());
+        say!("error: cannot create {}: {error}", path_text(environments));
         return Exit::System;
     }
-    say!("Next: copy a lat-long .exr or .hdr image to {}, then run `specula build`.", environments.display());
+    say!(
+        "Next: copy a lat-long .exr or .hdr image to {}, then run `specula build`.",
+        path_text(environments)
+    );
     Exit::Success
 }
 
@@ -121,10 +124,10 @@ fn write_all(folder: &Path, files: impl Iterator<Item = (String, Vec<u8>)>) -> R
     for (name, bytes) in files {
         let path = folder.join(name);
         match write_new(&path, &bytes) {
-            Ok(true) => say!("wrote {}", path.display()),
-            Ok(false) => say!("kept  {}", path.display()),
+            Ok(true) => say!("wrote {}", path_text(path)),
+            Ok(false) => say!("kept  {}", path_text(path)),
             Err(error) => {
-                say!("error: cannot write {}: {error}", path.display());
+                say!("error: cannot write {}: {error}", path_text(path));
                 return Err(Exit::System);
             }
         }

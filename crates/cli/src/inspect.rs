@@ -24,6 +24,8 @@ use sh::Expansion;
 use self::facts::{Facts, range};
 use self::in_words::in_words;
 pub(crate) use self::shader::print_shader;
+use engine::path_text;
+
 use crate::assets;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
@@ -55,7 +57,7 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
             "inspect reads {pictures}, .env, safetensors, glTF, JSON lighting, material files, MaterialX and \
              measured BRDFs"
         );
-        failed(&[format!("{}: {error}", file.display())], Some(&help))
+        failed(&[format!("{}: {error}", path_text(file))], Some(&help))
     })?;
     if let Some(place) = picture {
         let material = material.map(|found| found.material).or_else(|| material::of_artifact(&bytes));
@@ -66,7 +68,7 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
         let Some(found) = picture::draw(file, drawn, place) else {
             let message = format!(
                 "{} is not a material: --picture draws only materials and BRDF tables",
-                file.display()
+                path_text(file)
             );
             let help = "name a material file, a measured BRDF, a BRDF table as safetensors, or one of these in \
                         `.specula/blobs`; a material file with model = \"gltf\" names a material of a glTF file";

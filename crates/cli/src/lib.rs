@@ -60,7 +60,7 @@ mod working_folder;
 
 use std::process::ExitCode;
 
-use engine::Kinds;
+use engine::{Kinds, path_text};
 
 use crate::arguments::{Arguments, Command};
 use crate::command_error::CommandError;
@@ -88,7 +88,7 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
     if let Some(folder) = working_folder
         && let Err(error) = working_folder::enter(&folder)
     {
-        let message = format!("cannot work in {}: {error}", folder.display());
+        let message = format!("cannot work in {}: {error}", path_text(folder));
         return CommandError::usage([message]).report(json);
     }
     if let Some(manifest) = command.manifest_mut() {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use engine::{BuildOptions, Cancel, Event, Kinds, Plan};
+use engine::{BuildOptions, Cancel, Event, Kinds, Plan, path_text};
 
 use crate::arguments::MANIFEST;
 use crate::build::{exit_of, stop_on_interrupt};
@@ -28,7 +28,7 @@ pub(crate) fn build(
     let folder = folder.map_err(|error| failed("cannot create a temporary folder".into(), error))?;
     let manifest = folder.path().join(MANIFEST);
     fs::write(&manifest, text(folder.path()))
-        .map_err(|error| failed(format!("cannot write {}", manifest.display()), error))?;
+        .map_err(|error| failed(format!("cannot write {}", path_text(manifest)), error))?;
     let plan = Plan::load(&manifest, kinds).map_err(|diagnostics| {
         // The options are the parameters: whoever typed them knows no manifest.
         let mut errors = diagnostics.shown().iter().map(|diagnostic| {
@@ -57,12 +57,12 @@ pub(crate) fn build(
         for file in made {
             let Some(place) = place(file) else { continue };
             put(&plan.out.join(file), &place)
-                .map_err(|error| failed(format!("cannot write {}", place.display()), error))?;
+                .map_err(|error| failed(format!("cannot write {}", path_text(place)), error))?;
             written += 1;
         }
     }
     if written > 0 {
-        say!("Wrote {} to {}.", count(written, "file"), output.display());
+        say!("Wrote {} to {}.", count(written, "file"), path_text(output));
     }
     Ok(exit_of(&summary))
 }

@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use containers::{ReadOptions, Shows, is_light_texture, read_image_header};
-use engine::{BuildOptions, Cancel, Event, Kinds, Plan};
+use engine::{BuildOptions, Cancel, Event, Kinds, Plan, path_text};
 use envmap::Layout;
 
 use crate::arguments::MANIFEST;
@@ -66,7 +66,7 @@ impl Sorting {
             let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             match stems.get(&stem) {
                 Some(other) => {
-                    let reason = format!("{} has the same name, {stem:?}", other.display());
+                    let reason = format!("{} has the same name, {stem:?}", path_text(other));
                     self.0.left_out.push((file, reason));
                 }
                 None => {

@@ -9,7 +9,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use engine::SharedCacheOptions;
+use engine::{SharedCacheOptions, path_text};
 
 use crate::arguments::{RemoteArguments, RemoteDownload, RemoteUpload};
 use crate::command_error::CommandError;
@@ -174,7 +174,7 @@ fn connected(options: Options) -> Result<SharedCacheOptions, CommandError> {
         None => Ok(None),
         Some(file) => {
             let bytes = fs::read(file)
-                .map_err(|error| CommandError::usage([format!("cannot read {}: {error}", file.display())]));
+                .map_err(|error| CommandError::usage([format!("cannot read {}: {error}", path_text(file))]));
             bytes.map(Some)
         }
     };

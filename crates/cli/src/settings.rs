@@ -9,7 +9,7 @@ use std::io::ErrorKind;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use engine::{Diagnostic, Document, Table, Value, ValueKind, unexpected, unknown_keys};
+use engine::{Diagnostic, Document, Table, Value, ValueKind, path_text, unexpected, unknown_keys};
 
 use crate::command_error::CommandError;
 use crate::print::say;
@@ -114,7 +114,7 @@ impl RemoteTable {
     /// # Errors
     /// If the file has errors.
     fn parse(file: &Path, bytes: &[u8], known: &[&str]) -> Result<Option<Self>, CommandError> {
-        let name = file.display().to_string();
+        let name = path_text(file);
         let document = Document::parse(name, bytes).map_err(CommandError::settings)?;
         let Some(entry) = document.table.get("remote") else { return Ok(None) };
         let ValueKind::Table(table) = &entry.value.kind else {
@@ -138,7 +138,7 @@ fn read(file: &Path) -> Option<Vec<u8>> {
         Ok(bytes) => Some(bytes),
         Err(error) if nothing_can_be_there(error.kind()) => None,
         Err(error) => {
-            say!("warning: {} is ignored, because it cannot be read: {error}", file.display());
+            say!("warning: {} is ignored, because it cannot be read: {error}", path_text(file));
             None
         }
     }

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use engine::{ContentState, Kinds, Plan, ReadKind, RecipeState, SourceFile, Verification};
+use engine::{ContentState, Kinds, Plan, ReadKind, RecipeState, SourceFile, Verification, path_text};
 use serde_json::json;
 
 use crate::arguments::VerifyArguments;
@@ -46,7 +46,7 @@ fn verify_file(plan: &Plan, file: &Path, json: bool) -> Result<(Exit, bool), Com
 fn unreadable(file: &Path, error: &io::Error) -> CommandError {
     let is_gone = error.kind() == ErrorKind::NotFound;
     let help = is_gone.then_some("`specula build` restores a published file that is gone");
-    CommandError::usage([format!("cannot read {}: {error}", file.display())]).with_help(help)
+    CommandError::usage([format!("cannot read {}: {error}", path_text(file))]).with_help(help)
 }
 
 /// The verdict on a file, which is printed first.
@@ -94,7 +94,7 @@ fn describe(found: &Verification) -> String {
     let _ = match &found.recipe {
         RecipeState::AsRecorded { beside: None } => writeln!(text, "  recipe    as recorded"),
         RecipeState::AsRecorded { beside: Some(place) } => {
-            writeln!(text, "  recipe    as recorded, in {}", place.display())
+            writeln!(text, "  recipe    as recorded, in {}", path_text(place))
         }
         RecipeState::Differs { found, recorded } => {
             writeln!(text, "  recipe    in the file  {found}\n            recorded     {recorded}")

@@ -7,6 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use engine::{canonicalize, path_text};
+
 /// The folder of `-C`.
 static ENTERED: OnceLock<PathBuf> = OnceLock::new();
 
@@ -26,7 +28,7 @@ pub(crate) fn path(file: &Path) -> PathBuf {
 /// The name of a file in messages: relative to the working folder if it is inside.
 pub(crate) fn name(file: &Path) -> String {
     let path = path(file);
-    path.strip_prefix(named()).unwrap_or(file).display().to_string()
+    path_text(path.strip_prefix(named()).unwrap_or(file))
 }
 
 /// The absolute path of the working folder, with the links that lead to it as they were named.
@@ -37,5 +39,5 @@ fn named() -> PathBuf {
     let real = std::env::current_dir().unwrap_or_default();
     // A shell keeps the name by which its user entered the folder.
     let of_shell = std::env::var_os("PWD").map(PathBuf::from).filter(|folder| folder.is_absolute());
-    of_shell.filter(|folder| folder.canonicalize().is_ok_and(|folder| folder == real)).unwrap_or(real)
+    of_shell.filter(|folder| canonicalize(folder).is_ok_and(|folder| folder == real)).unwrap_or(real)
 }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::Path;
 
+use crate::platform::{HeldOpen, MarkedReadOnly, path_text};
+
 /// What went wrong, for exit codes and tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -58,6 +60,10 @@ impl Error {
     pub(crate) fn io(error: &io::Error, doing: &str, path: &Path) -> Self {
         let kind = classify(error);
         let help = match kind {
+            _ if is::<MarkedReadOnly>(error) => {
+                Some("check it out of version control, or remove its read-only mark, and build again")
+            }
+            _ if is::<HeldOpen>(error) => Some("close the file in that program, and build again"),
             ErrorKind::DiskFull => {
                 Some("free some space on that disk and build again; the earlier outputs are intact")
             }
@@ -69,7 +75,7 @@ impl Error {
             io::ErrorKind::ReadOnlyFilesystem => format!("the folder is read-only: {error}"),
             _ => error.to_string(),
         };
-        let chain = vec![format!("cannot {doing} {}", path.display()), cause];
+        let chain = vec![format!("cannot {doing} {}", path_text(path)), cause];
         Self { kind, chain, help: help.map(str::to_owned) }
     }
 
@@ -108,6 +114,11 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+/// Whether an error of the system was made from this one.
+fn is<E: std::error::Error + 'static>(error: &io::Error) -> bool {
+    error.get_ref().is_some_and(|inner| inner.is::<E>())
+}
 
 fn classify(error: &io::Error) -> ErrorKind {
     match error.kind() {

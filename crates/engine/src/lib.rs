@@ -48,6 +48,7 @@ pub use plan::{
     DiskFolders, Folders, Found, Graph, Item, ItemIndex, ManifestFile, Name, Plan, Source, Stage, StageIndex,
     Wanted, names_in_out,
 };
+pub use platform::{canonicalize, path_text};
 pub use shared::{
     Executor, ExecutorOptions, InputFile, Place, Question, RemoteEnd, RemoteError, RemoteRun, SharedBlob,
     SharedCache, SharedCacheOptions, SharedOrigin, SharedResult, Traffic, Trouble, Upload, UploadOutputs,

@@ -20,6 +20,7 @@ use std::sync::{Arc, OnceLock};
 use crate::event::ItemName;
 use crate::kinds::{Configured, ErasedKind, Kinds, Port, Product, RecipeReader};
 use crate::manifest::{Diagnostic, Diagnostics, Document, Table, nearest};
+use crate::platform::{self, path_text};
 use crate::storage::regular;
 
 pub use names_in_out::names_in_out;
@@ -107,8 +108,7 @@ pub struct ManifestFile {
 impl ManifestFile {
     /// The manifest at a path, which is relative to the present working folder.
     pub fn of(path: &Path) -> Self {
-        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
-        Self { name: path.display().to_string(), path: absolute }
+        Self { name: path_text(path), path: platform::absolute(path) }
     }
 }
 
@@ -293,7 +293,7 @@ fn assemble(
 /// The folder that a manifest exports into; `None` if its text does not say.
 pub(crate) fn out_of(manifest: &Path) -> Option<PathBuf> {
     let bytes = read(&ManifestFile::of(manifest)).ok()?;
-    let document = Document::parse(manifest.display().to_string(), &bytes).ok()?;
+    let document = Document::parse(path_text(manifest), &bytes).ok()?;
     let declared = manifest::Manifest::parse(&document, &mut Vec::new())?;
     graph::out_folder(&declared.out, manifest.parent()?, &mut Vec::new())
 }

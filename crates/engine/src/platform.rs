@@ -1,16 +1,28 @@
 //! The differences between operating systems: stamps of files, renames over open files, names that differ
 //! only in case or in the encoding of their accents.
 
+#[cfg(unix)]
+mod unix;
+#[cfg(windows)]
+mod windows;
+
 use std::borrow::Cow;
-use std::fs::{self, File, Metadata, OpenOptions};
+use std::ffi::OsStr;
+use std::fs::{self, File, Metadata};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf, Prefix};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 use unicode_normalization::UnicodeNormalization;
 
 use crate::timestamp::Timestamp;
+#[cfg(unix)]
+use unix as system;
+#[cfg(windows)]
+use windows as system;
+
+pub(crate) use system::{can_run, has_other_names, program_endings, type_of, without_waiting};
 
 /// What the file system knows of a file without reading it: size, times of change in nanoseconds, identity.
 #[repr(C)]
@@ -28,7 +40,7 @@ const COARSEST: i64 = 2_000_000_000;
 
 impl Stamp {
     pub(crate) fn of(metadata: &Metadata) -> Self {
-        let (changed, inode) = identity(metadata);
+        let (changed, inode) = system::changed(metadata);
         Self { size: metadata.len(), modified: modified(metadata), changed, inode }
     }
 
@@ -80,54 +92,43 @@ fn nanoseconds(time: std::time::SystemTime) -> i64 {
     }
 }
 
-#[cfg(unix)]
-fn identity(metadata: &Metadata) -> (i64, u64) {
-    use std::os::unix::fs::MetadataExt;
-    (metadata.ctime().saturating_mul(1_000_000_000).saturating_add(metadata.ctime_nsec()), metadata.ino())
-}
-
-#[cfg(not(unix))]
-fn identity(metadata: &Metadata) -> (i64, u64) {
-    (metadata.created().map_or(0, nanoseconds), 0)
-}
-
-/// The identity of a folder or file, which distinguishes it from another one of the same name, as far as the
-/// system knows: device and inode.
+/// The identity of a folder or file, which distinguishes it from another one of the same name: its drive and its
+/// number there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Identity(u64, u64);
 
 /// The identity of a folder; `None` if there is no folder at the path.
 pub(crate) fn folder_identity(path: &Path) -> Option<Identity> {
     let metadata = fs::metadata(path).ok().filter(Metadata::is_dir)?;
-    Some(Identity(device(&metadata), identity(&metadata).1))
+    system::identity(path, &metadata)
 }
 
-/// The identity of a file, whatever name it is found by; `None` if there is none, or if the system has no
-/// identities of files.
+/// The identity of a file, whatever name it is found by; `None` if there is none.
 pub(crate) fn file_identity(path: &Path) -> Option<Identity> {
-    let metadata = fs::metadata(path).ok().filter(|metadata| cfg!(unix) && metadata.is_file())?;
-    Some(Identity(device(&metadata), identity(&metadata).1))
+    let metadata = fs::metadata(path).ok().filter(Metadata::is_file)?;
+    system::identity(path, &metadata)
 }
 
-/// Whether a file has several names (hard links).
-#[cfg(unix)]
-pub(crate) fn has_other_names(metadata: &Metadata) -> bool {
-    metadata.is_file() && std::os::unix::fs::MetadataExt::nlink(metadata) > 1
+/// The path of what exists, absolute and with all links followed.
+///
+/// # Errors
+/// If nothing is there, or it cannot be looked at.
+pub fn canonicalize(path: impl AsRef<Path>) -> io::Result<PathBuf> {
+    fs::canonicalize(path).map(plain)
 }
 
-#[cfg(not(unix))]
-pub(crate) fn has_other_names(_: &Metadata) -> bool {
-    false
+/// An absolute path, with its links as they are; it need not exist.
+pub(crate) fn absolute(path: &Path) -> PathBuf {
+    plain(std::path::absolute(path).unwrap_or_else(|_| path.into()))
 }
 
-#[cfg(unix)]
-fn device(metadata: &Metadata) -> u64 {
-    std::os::unix::fs::MetadataExt::dev(metadata)
-}
-
-#[cfg(not(unix))]
-fn device(_: &Metadata) -> u64 {
-    0
+/// A path in the one spelling that paths are compared in: on Windows with a drive's letter in upper case and
+/// without the `\\\\?\\` that the system puts before resolved paths.
+fn plain(path: PathBuf) -> PathBuf {
+    if !cfg!(windows) {
+        return path;
+    }
+    path.to_str().map(|text| windows_text(text).into()).unwrap_or(path)
 }
 
 /// Where the drives that hold some paths are mounted, by one look; `None` if the system does not say, or if
@@ -136,7 +137,7 @@ pub(crate) fn mount_points<const N: usize>(paths: [&Path; N]) -> Option<[PathBuf
     let table = fs::read_to_string(MOUNTS).ok()?;
     let mut mounts = [const { PathBuf::new() }; N];
     for (mount, path) in mounts.iter_mut().zip(paths) {
-        *mount = innermost_mount(&table, &fs::canonicalize(path).ok()?)?.0.into();
+        *mount = innermost_mount(&table, &canonicalize(path).ok()?)?.0.into();
     }
     Some(mounts)
 }
@@ -146,6 +147,14 @@ const MOUNTS: &str = "/proc/self/mountinfo";
 
 /// The type of the file system of a path, if other machines can change files there without an event.
 pub(crate) fn shared_file_system(path: &Path) -> Option<String> {
+    let is_share = |path: &Path| match path.components().next() {
+        Some(Component::Prefix(prefix)) => matches!(prefix.kind(), Prefix::UNC(..) | Prefix::VerbatimUNC(..)),
+        _ => false,
+    };
+    // A drive's letter may stand for a share.
+    if is_share(path) || cfg!(windows) && canonicalize(path).is_ok_and(|real| is_share(&real)) {
+        return Some("a network share".into());
+    }
     shared_mount(&fs::read_to_string(MOUNTS).ok()?, path)
 }
 
@@ -191,25 +200,61 @@ fn unescaped(path: &str) -> String {
 
 /// Renames a file over another (or to a new name) in one step, even while others have the old one open.
 ///
-/// On Windows a virus scanner or viewer may hold the place for a moment; the rename is retried for two
-/// seconds.
+/// # Errors
+/// If it cannot be renamed. On Windows a program may hold the file in its place: a virus scanner for a moment, an
+/// engine for as long as it runs. The rename is retried for two seconds; then the error names that program.
 pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
-    retry_while_held(|| fs::rename(from, to))
+    retry_while_held(to, &[ACCESS_DENIED, SHARING_VIOLATION, LOCK_VIOLATION], || fs::rename(from, to))
 }
 
 /// Removes a file; it is not an error if it does not exist.
+///
+/// # Errors
+/// Those of [`replace`].
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
-    match retry_while_held(|| fs::remove_file(path)) {
+    let held = &[ACCESS_DENIED, SHARING_VIOLATION, LOCK_VIOLATION];
+    match retry_while_held(path, held, || fs::remove_file(path)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         other => other,
     }
 }
 
-fn retry_while_held(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
+/// Opens a file to read, without waiting for the other end of a pipe.
+///
+/// # Errors
+/// If it cannot be opened. On Windows the program that writes it may not let others read it: it is tried for two
+/// seconds, then the error names that program.
+pub(crate) fn open_to_read(path: &Path) -> io::Result<File> {
+    let open = || without_waiting(File::options().read(true)).open(path);
+    retry_while_held(path, &[SHARING_VIOLATION, LOCK_VIOLATION], open)
+}
+
+/// Windows refuses to replace a file that another program has open, if that program does not share it; some file
+/// systems refuse it for every open file. A file that is marked read-only gives the same error.
+const ACCESS_DENIED: i32 = 5;
+/// Another program has the file open and does not share it.
+const SHARING_VIOLATION: i32 = 32;
+/// Another program has locked a part of the file.
+const LOCK_VIOLATION: i32 = 33;
+
+/// How long to wait for a program that holds a file.
+const LONGEST_HOLD: Duration = Duration::from_secs(2);
+
+fn retry_while_held<T>(path: &Path, held: &[i32], mut act: impl FnMut() -> io::Result<T>) -> io::Result<T> {
     let mut pause = Duration::from_millis(1);
     loop {
         match act() {
-            Err(error) if is_held_by_another(&error) && pause < Duration::from_secs(1) => {
+            Err(error) if cfg!(windows) && error.raw_os_error().is_some_and(|code| held.contains(&code)) => {
+                let metadata = fs::symlink_metadata(path);
+                if metadata.as_ref().is_ok_and(|found| found.is_dir()) {
+                    return Err(error);
+                }
+                if metadata.is_ok_and(|found| found.permissions().readonly()) {
+                    return Err(io::Error::new(io::ErrorKind::PermissionDenied, MarkedReadOnly));
+                }
+                if pause >= LONGEST_HOLD {
+                    return Err(io::Error::new(io::ErrorKind::ResourceBusy, HeldOpen::of(path, &error)));
+                }
                 std::thread::sleep(pause);
                 pause *= 2;
             }
@@ -218,21 +263,41 @@ fn retry_while_held(mut act: impl FnMut() -> io::Result<()>) -> io::Result<()> {
     }
 }
 
-/// `ERROR_ACCESS_DENIED`, `ERROR_SHARING_VIOLATION`, `ERROR_LOCK_VIOLATION`.
-fn is_held_by_another(error: &io::Error) -> bool {
-    cfg!(windows) && matches!(error.raw_os_error(), Some(5 | 32 | 33))
+/// The error of a file that is marked read-only, as version control marks what is not checked out.
+#[derive(Debug, thiserror::Error)]
+#[error("the file is marked read-only")]
+pub(crate) struct MarkedReadOnly;
+
+/// The error of a file that other programs do not let go.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct HeldOpen(String);
+
+impl HeldOpen {
+    fn of(path: &Path, error: &io::Error) -> Self {
+        match system::programs_that_hold(path).as_slice() {
+            [] => Self(format!("another program has it open ({error})")),
+            programs => Self(format!("{} has it open", programs.join(" and "))),
+        }
+    }
 }
 
-/// Options with which opening a pipe does not wait for its other end.
-#[cfg(unix)]
-pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
-    use std::os::unix::fs::OpenOptionsExt;
-    options.custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY)
+/// A path as people of this system write it: on Windows with `\\` between its parts, and without the `\\\\?\\` that
+/// the system itself puts before resolved paths.
+pub fn path_text(path: impl AsRef<Path>) -> String {
+    let text = path.as_ref().display().to_string();
+    if cfg!(windows) { windows_text(&text) } else { text }
 }
 
-#[cfg(not(unix))]
-pub(crate) fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
-    options
+/// A path as people write it on Windows. No name there contains a `/`.
+fn windows_text(path: &str) -> String {
+    let path = path.replace('/', r"\");
+    let disk = |path: &str| path.as_bytes().get(1) == Some(&b':');
+    match (path.strip_prefix(r"\\?\UNC\"), path.strip_prefix(r"\\?\").unwrap_or(&path)) {
+        (Some(share), _) => format!(r"\\{share}"),
+        (None, plain) if disk(plain) => format!("{}{}", plain[..1].to_ascii_uppercase(), &plain[1..]),
+        _ => path,
+    }
 }
 
 /// A name as systems compare it that ignore case (Windows, macOS) and the encoding of accents (macOS): the
@@ -247,9 +312,21 @@ pub(crate) fn folded(name: &str) -> Cow<'_, str> {
     }
 }
 
+/// What a name in a folder is known by: on systems that ignore case, an event may spell it differently than the
+/// manifest does.
+pub(crate) fn name_key(name: &OsStr) -> Cow<'_, OsStr> {
+    match name.to_str() {
+        Some(text) if cfg!(any(windows, target_vendor = "apple")) => match folded(text) {
+            Cow::Borrowed(_) => Cow::Borrowed(name),
+            Cow::Owned(folded) => Cow::Owned(folded.into()),
+        },
+        _ => Cow::Borrowed(name),
+    }
+}
+
 /// Whether two spellings name one file, as `Sky.exr` and `sky.exr` do on a file system that ignores case.
 pub(crate) fn is_one_file(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
+    match (canonicalize(a), canonicalize(b)) {
         (Ok(a), Ok(b)) => a == b,
         _ => false,
     }
@@ -312,6 +389,8 @@ mod tests {
         assert!(mount_points([&inside, &folder.path().join("away")]).is_none());
     }
 
+    /// On Windows only some file systems can.
+    #[cfg(unix)]
     #[test]
     fn replace_works_over_an_open_file() {
         let folder = tempfile::tempdir().unwrap();
@@ -333,5 +412,106 @@ mod tests {
         fs::write(&b, "x").unwrap();
         assert!(!is_one_file(&a, &b));
         assert!(is_one_file(&a, &folder.path().join(".").join("a")));
+        assert!(file_identity(&a).is_some() && file_identity(&a) != file_identity(&b));
+        assert_eq!(file_identity(&a), file_identity(&folder.path().join(".").join("a")));
+        assert_ne!(folder_identity(folder.path()), folder_identity(&std::env::temp_dir()));
+        assert_eq!((file_identity(folder.path()), folder_identity(&a)), (None, None));
+    }
+
+    #[test]
+    fn paths_on_windows_are_shown_as_people_write_them() {
+        for (path, expected) in [
+            ("maps/brushed/steel.toml", r"maps\brushed\steel.toml"),
+            (r"C:\studio\assets/steel.toml", r"C:\studio\assets\steel.toml"),
+            ("d:/studio", r"D:\studio"),
+            (r"\\?\c:\studio\a.exr", r"C:\studio\a.exr"),
+            (r"\\?\UNC\server\share\a.exr", r"\\server\share\a.exr"),
+            ("//server/share/a.exr", r"\\server\share\a.exr"),
+            (
+                r"\\?\Volume{b75e2c83-0000-0000-0000-602f00000000}\a",
+                r"\\?\Volume{b75e2c83-0000-0000-0000-602f00000000}\a",
+            ),
+            ("", ""),
+        ] {
+            assert_eq!(windows_text(path), expected, "{path}");
+        }
+    }
+
+    #[cfg(windows)]
+    mod held {
+        use std::os::windows::fs::OpenOptionsExt;
+
+        use super::*;
+
+        const FILE_SHARE_READ: u32 = 1;
+
+        /// A folder with a file `place` that this process has open, and a file `new`.
+        fn holding(share: u32) -> (tempfile::TempDir, File, [PathBuf; 2]) {
+            let folder = tempfile::tempdir().unwrap();
+            let paths = ["new", "place"].map(|name| folder.path().join(name));
+            paths
+                .iter()
+                .for_each(|path| fs::write(path, path.file_name().unwrap().as_encoded_bytes()).unwrap());
+            let file = File::options().read(true).share_mode(share).open(&paths[1]).unwrap();
+            (folder, file, paths)
+        }
+
+        fn let_go_soon(file: File) -> std::thread::JoinHandle<()> {
+            std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(200));
+                drop(file);
+            })
+        }
+
+        #[test]
+        fn a_file_that_is_soon_let_go_is_replaced_removed_and_read() {
+            let (_folder, file, [new, place]) = holding(FILE_SHARE_READ);
+            let holder = let_go_soon(file);
+            replace(&new, &place).unwrap();
+            assert_eq!(fs::read(&place).unwrap(), b"new");
+            holder.join().unwrap();
+            let (_folder, file, [_, place]) = holding(FILE_SHARE_READ);
+            let holder = let_go_soon(file);
+            remove(&place).unwrap();
+            holder.join().unwrap();
+            let (_folder, file, [_, place]) = holding(0);
+            let holder = let_go_soon(file);
+            assert_eq!(io::read_to_string(open_to_read(&place).unwrap()).unwrap(), "place");
+            holder.join().unwrap();
+        }
+
+        #[test]
+        fn a_file_that_is_kept_stays_as_it_is_and_the_error_says_who_has_it() {
+            let (_folder, file, [new, place]) = holding(0);
+            for error in [replace(&new, &place), remove(&place), open_to_read(&place).map(drop)] {
+                let error = error.unwrap_err();
+                assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);
+                assert!(error.to_string().contains(" has it open"), "{error}");
+            }
+            drop(file);
+            assert_eq!(
+                (fs::read(&place).unwrap(), fs::read(&new).unwrap()),
+                (b"place".into(), b"new".into())
+            );
+        }
+
+        #[test]
+        fn a_file_that_is_marked_read_only_is_not_replaced() {
+            let (_folder, file, [new, place]) = holding(7);
+            drop(file);
+            let mark = |is_marked: bool| {
+                let mut permissions = fs::metadata(&place).unwrap().permissions();
+                permissions.set_readonly(is_marked);
+                fs::set_permissions(&place, permissions).unwrap();
+            };
+            mark(true);
+            if let Err(error) = replace(&new, &place) {
+                assert_eq!(error.to_string(), "the file is marked read-only");
+                assert_eq!(fs::read(&place).unwrap(), b"place");
+                mark(false);
+                replace(&new, &place).unwrap();
+            }
+            assert_eq!(fs::read(&place).unwrap(), b"new");
+        }
     }
 }

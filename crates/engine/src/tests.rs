@@ -35,7 +35,8 @@ use crate::event::{Event, Reason, Summary};
 use crate::kinds::{Artifact as _, Context, Failure, Kind, Kinds, Output, Port, Product};
 use crate::manifest::Parameters;
 use crate::plan::Plan;
-use crate::testkit::{Nothing, Text, kinds};
+use crate::platform::canonicalize;
+use crate::testkit::{Nothing, Text, kinds, unix_paths};
 
 /// Exports every text in capitals.
 const CHAIN: &str = r#"
@@ -128,7 +129,7 @@ struct Project {
 impl Project {
     fn new(manifest: &str) -> Self {
         let temporary = tempfile::tempdir().unwrap();
-        let folder = temporary.path().canonicalize().unwrap();
+        let folder = canonicalize(temporary.path()).unwrap();
         let project = Self { _temporary: Some(temporary), ..Self::at(folder) };
         project.write("pipeline.toml", manifest);
         project
@@ -306,7 +307,7 @@ fn log(events: &[Event]) -> String {
             }
         };
     }
-    text
+    unix_paths(text)
 }
 
 fn reason(reason: &Reason) -> String {

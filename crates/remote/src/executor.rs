@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use bazel_remote_apis::build::bazel::remote::execution::v2 as re;
 use bazel_remote_apis::google::longrunning::operations_client::OperationsClient;
 use bazel_remote_apis::google::longrunning::{CancelOperationRequest, Operation, operation};
-use engine::{Executor, InputFile, RemoteEnd, RemoteError, RemoteRun, SharedBlob};
+use engine::{Executor, InputFile, RemoteEnd, RemoteError, RemoteRun, SharedBlob, path_text};
 use parking_lot::Mutex;
 use prost::Message as _;
 use re::execution_client::ExecutionClient;
@@ -107,7 +107,7 @@ impl RemoteExecutor {
         let mut sent = self.sent.lock();
         if sent.is_none() {
             let bytes = std::fs::read(file).map_err(|error| {
-                RemoteError::Impossible(format!("cannot read the program {}: {error}", file.display()))
+                RemoteError::Impossible(format!("cannot read the program {}: {error}", path_text(file)))
             })?;
             *sent = Some(self.blob(&bytes));
         }

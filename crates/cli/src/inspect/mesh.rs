@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use engine::Failure;
+use engine::{Failure, path_text};
 use mesh::Mesh;
 use serde_json::{Value, json};
 
@@ -17,7 +17,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut read = |path: &str| {
             let path = folder.join(path);
-            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
+            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(path)));
             engine::read_file(&path).map(Arc::new).map_err(cannot)
         };
         if let Some(facts) = lights(bytes) {
@@ -27,7 +27,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
             return Ok(facts);
         }
         let model = containers::read_gltf(bytes, &mut read)
-            .map_err(|failure: Failure| failure.context(file.display().to_string()))?;
+            .map_err(|failure: Failure| failure.context(path_text(file)))?;
         let mut facts: Facts = vec![("what", "mesh".into()), ("format", "glTF 2.0".into())];
         facts.extend(size(&model.mesh));
         if let Ok(materials) = containers::gltf_materials(bytes)

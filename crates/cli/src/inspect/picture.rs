@@ -4,6 +4,8 @@ use std::path::Path;
 
 use stages::Picture;
 
+use engine::path_text;
+
 use super::facts::Facts;
 use crate::command_error::CommandError;
 use crate::png_file;
@@ -19,7 +21,7 @@ pub(super) fn draw(
     let picture = picture(&name)?;
     let size @ [width, height] = [picture.width, picture.height];
     let written = png_file::write(place, size, &picture.pixels)
-        .map_err(|error| CommandError::system(format!("cannot write {}", place.display()), &error));
+        .map_err(|error| CommandError::system(format!("cannot write {}", path_text(place)), &error));
     Some(written.map(|()| {
         vec![
             ("picture", place.to_string_lossy().into()),

@@ -10,6 +10,8 @@ use sh::Degree;
 use shrm::shader::{MapShader, ShaderLanguage};
 use shrm::{MapLayout, Terms, View};
 
+use engine::path_text;
+
 use crate::arguments::ShaderName;
 use crate::command_error::CommandError;
 use crate::exit::Exit;
@@ -17,7 +19,7 @@ use crate::print;
 
 /// Prints the shader of a map's file.
 pub(crate) fn print_shader(file: &Path, language: ShaderName) -> Result<Exit, CommandError> {
-    let place = file.display();
+    let place = path_text(file);
     let bytes = engine::read_file(file)
         .map_err(|error| CommandError::usage([format!("cannot read {place}: {error}")]))?;
     let Some(shader) = of_file(&bytes) else {

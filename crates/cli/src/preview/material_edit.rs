@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ::preview::{MaterialForm, PreviewUpdate};
 use brdf::Material;
-use engine::Failure;
+use engine::{Failure, canonicalize, path_text};
 
 /// The materials whose files were read, by their names in the catalog.
 #[derive(Default)]
@@ -95,9 +95,9 @@ impl MaterialEdits {
         if read(&file) != known.text {
             // The window asks what to do with it when the material is shown.
             self.sent.remove(material);
-            return Err(vec![format!("{} has changed on the disk", file.display())]);
+            return Err(vec![format!("{} has changed on the disk", path_text(file))]);
         }
-        write(&file, &text).map_err(|error| vec![format!("{}: {error}", file.display())])?;
+        write(&file, &text).map_err(|error| vec![format!("{}: {error}", path_text(file))])?;
         known.text = Ok(text);
         known.edit = Some(Edit { form, material: Ok(made), is_saved: true });
         self.sent.remove(material);
@@ -126,7 +126,7 @@ impl MaterialEdits {
         &self,
         file_of: impl Fn(&str) -> Option<Result<&'f Path, String>>,
     ) -> Option<&str> {
-        let real = |file: &Path| fs::canonicalize(file).ok();
+        let real = |file: &Path| canonicalize(file).ok();
         let is_other = |(material, known): &(&String, &MaterialText)| {
             let is_unsaved = known.edit.as_ref().is_some_and(|edit| !edit.is_saved);
             is_unsaved
@@ -176,14 +176,14 @@ fn read(file: &Path) -> Result<String, String> {
     if let Some(reason) = stages::why_not_editable(file) {
         return Err(reason);
     }
-    let cannot = |error: String| format!("{}: {error}", file.display());
+    let cannot = |error: String| format!("{}: {error}", path_text(file));
     let bytes = engine::read_file(file).map_err(|error| cannot(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| cannot(error.to_string()))
 }
 
 /// Replaces a file, which keeps its permissions. A link stays a link.
 pub(super) fn write(file: &Path, text: &str) -> io::Result<()> {
-    let file = fs::canonicalize(file)?;
+    let file = canonicalize(file)?;
     let permissions = fs::metadata(&file)?.permissions();
     engine::replace_file(&file, text.as_bytes())?;
     fs::set_permissions(&file, permissions)
@@ -194,7 +194,7 @@ fn material_of(file: &Path, text: &str) -> Result<Material, Vec<String>> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let read = |path: &Path| {
         let path = folder.join(path);
-        let cannot = |error| Failure::from(error).context(format!("cannot read {}", path.display()));
+        let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(path)));
         engine::read_file(&path).map(Arc::new).map_err(cannot)
     };
     let read = stages::read_material(&name(file), text.as_bytes(), None, &read);

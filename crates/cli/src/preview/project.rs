@@ -8,7 +8,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use engine::Digest;
+use engine::{Digest, path_text};
 
 use crate::arguments::MANIFEST;
 use crate::assets::{self, Assets, Environments};
@@ -115,7 +115,7 @@ fn is_writable(folder: &Path) -> bool {
 /// The manifest for some files, relative to the current folder if it is to be kept.
 pub(super) fn manifest_to_keep(files: &[PathBuf]) -> Result<String, Exit> {
     if let Some(file) = files.iter().find(|file| assets::preset(file).is_some()) {
-        let message = format!("--manifest names files, and {} is a preset", file.display());
+        let message = format!("--manifest names files, and {} is a preset", path_text(file));
         let help = "write `material = \"NAME\"` into a stage of the kind import-material, or write the file \
                     with `specula init --materials`";
         print::error(&[message], Some(help));

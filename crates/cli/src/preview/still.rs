@@ -6,7 +6,7 @@ use std::time::Instant;
 use ::preview::{
     Cpu, InitialView, Mode, Picture, RenderError, Renderer, Scene, Shot, Subject, graphics_device,
 };
-use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot};
+use engine::{BuildOptions, Cancel, Event, Plan, ResultsSnapshot, path_text};
 use sh::Stop;
 use stages::{PreviewCatalog, SceneCache};
 
@@ -62,7 +62,7 @@ pub(crate) fn run(
             }
         })?;
     files::write_picture(file, &drawn.picture).map_err(|error| {
-        print::error(&[format!("cannot write {}", file.display()), error.to_string()], None);
+        print::error(&[format!("cannot write {}", path_text(file)), error.to_string()], None);
         Exit::System
     })?;
     say!("{}", drawn.describe(file, &subject, &shot));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ::preview::{Subject, SubjectRequest};
-use engine::nearest;
+use engine::{nearest, path_text};
 use stages::{CatalogEntry, PreviewCatalog, Unknown};
 
 use crate::exit::Exit;
@@ -82,7 +82,7 @@ pub(crate) fn nothing_to_preview(manifest: &Path, stages: &[String]) -> SubjectE
         }
     };
     SubjectError {
-        message: format!("{} has nothing to preview: {reason}", manifest.display()),
+        message: format!("{} has nothing to preview: {reason}", path_text(manifest)),
         help: "add a stage of the kind convolve, which combines lighting and a material; `specula init` \
                writes a manifest that has one"
             .into(),

@@ -4,7 +4,9 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use engine::{ContentState, FilesToVerify, MissingFile, OutVerification, Plan, RecipeState, Verification};
+use engine::{
+    ContentState, FilesToVerify, MissingFile, OutVerification, Plan, RecipeState, Verification, path_text,
+};
 use globset::GlobMatcher;
 use serde_json::json;
 
@@ -129,7 +131,7 @@ impl Wanted {
         }
         let others = globs::matching(argument)?;
         if others.is_empty() {
-            return Err(CommandError::usage([format!("no file matches {}", argument.display())]));
+            return Err(CommandError::usage([format!("no file matches {}", path_text(argument))]));
         }
         self.elsewhere.extend(others);
         Ok(())

@@ -20,6 +20,7 @@ use crate::error::{Error, ErrorKind};
 use crate::event::ItemName;
 use crate::key::Digest;
 use crate::parallel;
+use crate::platform::path_text;
 use crate::storage::{
     Blob, FOLDER, Journal, LockPurpose, LockRequest, LockTimeout, Retention, State, Tag, hash,
 };
@@ -249,7 +250,7 @@ impl State {
 pub(crate) fn read(folder: &Path) -> Result<State, Error> {
     let state = folder.join(FOLDER);
     if !state.exists() {
-        let message = format!("there is no cache: {} does not exist", state.display());
+        let message = format!("there is no cache: {} does not exist", path_text(state));
         return Err(Error::new(ErrorKind::UnknownTarget, message)
             .with_help("run a build first, or name another manifest with --manifest"));
     }

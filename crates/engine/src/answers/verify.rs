@@ -19,6 +19,7 @@ use crate::error::{Error, ErrorKind};
 use crate::event::ItemName;
 use crate::key::Digest;
 use crate::plan::{ItemIndex, Plan, Selection, names_in_out};
+use crate::platform::path_text;
 use crate::shared::Shared;
 use crate::storage::{
     Cause, Disk, FromCache, InputUsed, ReadKind, Record, State, modified, read_file, recipe,
@@ -225,7 +226,7 @@ impl Verifier<'_> {
         let mut ancestry = Ancestry::default();
         ancestry.follow(records, item, &record);
         Some(Verification {
-            file: file.display().to_string(),
+            file: path_text(file),
             digest,
             item: item.map(|item| check.name(item)),
             made: record.started,
@@ -245,7 +246,7 @@ impl Verifier<'_> {
 fn unknown(file: &Path) -> Error {
     let message = format!(
         "{} was not produced by this manifest: no record has its path in out, its digest or its recipe",
-        file.display()
+        path_text(file)
     );
     Error::new(ErrorKind::UnknownTarget, message).with_help(
         "name an exported file and, with --manifest, the manifest that exported it; `specula inspect` \

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::error::{Error, ErrorKind};
 use crate::plan::Plan;
+use crate::platform::path_text;
 use crate::storage::normal;
 
 /// Checks that `out` is a folder, or can become one.
@@ -28,7 +29,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), Error> {
             Err(error) => return Err(Error::io(&error, "look at", &place)),
         };
         if !found.is_dir() && !place.is_dir() {
-            let shown = place.strip_prefix(folder).unwrap_or(&place).display().to_string();
+            let shown = path_text(place.strip_prefix(folder).unwrap_or(&place));
             return Err(match fs::read_link(&place) {
                 Ok(target) => not_a_folder_behind(&shown, &place, &target, folder),
                 Err(_) => not_a_folder(&format!("{shown} is {}", kind(&found)), plan),
@@ -55,7 +56,7 @@ fn not_a_folder_behind(shown: &str, place: &Path, target: &Path, folder: &Path) 
     };
     let end = normal(&place.with_file_name("").join(target));
     let help = if end.starts_with(folder) && why == "does not exist" {
-        format!("create the folder {}, or remove the link", end.display())
+        format!("create the folder {}, or remove the link", path_text(end))
     } else if end.starts_with(folder) {
         "remove the link".into()
     } else {
@@ -64,7 +65,7 @@ fn not_a_folder_behind(shown: &str, place: &Path, target: &Path, folder: &Path) 
          the disk there"
             .into()
     };
-    let message = format!("{shown} is a link to {}, which {why}", target.display());
+    let message = format!("{shown} is a link to {}, which {why}", path_text(target));
     Error::new(ErrorKind::Io, message).with_help(help)
 }
 

@@ -33,7 +33,7 @@ use crate::key::Digest;
 use crate::kinds::is_left_out;
 use crate::plan::Plan;
 use crate::platform;
-use crate::platform::{Stamp, folded};
+use crate::platform::{Stamp, canonicalize, folded, path_text};
 use crate::storage::{Blob, Line, State, create_folders, hash, read_file, write_new};
 
 mod removal;
@@ -249,7 +249,7 @@ impl<'a> Publisher<'a> {
                     replaces = line.owned();
                     remark = Some(PublishEvent::Warning(format!(
                         "{} had changed since it was published; the published file was restored",
-                        place.display()
+                        path_text(place)
                     )));
                 }
                 (Some(content), None) if abandoned.iter().any(|line| line.published(content)) => {
@@ -260,7 +260,7 @@ impl<'a> Publisher<'a> {
                     remark = Some(PublishEvent::Note(format!(
                         "{} was replaced: there is no record of it, but its recipe says that an earlier \
                          build published it",
-                        place.display()
+                        path_text(place)
                     )));
                 }
                 _ => return Err(self.in_the_way(file, &place).into()),
@@ -393,7 +393,7 @@ impl<'a> Publisher<'a> {
         match fs::symlink_metadata(folder) {
             Ok(found) if found.is_dir() => return Ok(()),
             Ok(found) if found.is_symlink() && folder.is_dir() => {
-                let inside = match (fs::canonicalize(folder), fs::canonicalize(self.root)) {
+                let inside = match (canonicalize(folder), canonicalize(self.root)) {
                     (Ok(target), Ok(root)) => target.starts_with(root),
                     _ => false,
                 };
@@ -401,7 +401,7 @@ impl<'a> Publisher<'a> {
                     return Ok(());
                 }
                 let message =
-                    format!("{} is a link that leads out of {}", folder.display(), self.root.display());
+                    format!("{} is a link that leads out of {}", path_text(folder), path_text(self.root));
                 return Err(Error::new(ErrorKind::FileInTheWay, message)
                     .with_help("files are published inside out only: remove the link, or change path"));
             }
@@ -441,7 +441,7 @@ impl<'a> Publisher<'a> {
                 "move it away or delete it, or change the path of the stage; nothing was overwritten".into(),
             ),
         };
-        let message = format!("{} is in the way: {why}", place.display());
+        let message = format!("{} is in the way: {why}", path_text(place));
         Error::new(ErrorKind::FileInTheWay, message).with_help(help)
     }
 

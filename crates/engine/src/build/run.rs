@@ -23,7 +23,7 @@ use crate::kinds::{
 };
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};
-use crate::platform::Stamp;
+use crate::platform::{Stamp, path_text};
 use crate::shared::{Place, SharedCacheOptions, Upload, UploadOutputs};
 use crate::storage::{
     Blob, Cause, Disk, FileRead, InputUsed, Line, Memory, Read, ReadKind, Reader, Record, Tag, path_name,
@@ -98,7 +98,7 @@ impl RunContext<'_> {
             }
             let output = match changing {
                 Some(path) if output.is_ok() => {
-                    let message = format!("{} changed every time it was read", path.display());
+                    let message = format!("{} changed every time it was read", path_text(path));
                     Err(Failure::new(message).help(WHEN_WRITTEN))
                 }
                 _ => output,

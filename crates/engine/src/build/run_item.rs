@@ -23,6 +23,7 @@ use crate::key::Digest;
 use crate::kinds::{Configured, Context, ErasedKind, Failure, Handle, Kinds, Output, Product};
 use crate::manifest::Table;
 use crate::own_time::own_time;
+use crate::platform::path_text;
 use crate::storage::{Blob, FileRead, Files, ReadKind, canonical, normal, path_name, read_file};
 
 /// Runs the item of a folder, and writes its outputs and its report there. Returns the failure of the item,
@@ -66,7 +67,7 @@ fn request(folder: &Path) -> Result<ItemRequest, Error> {
     let file = folder.join(ITEM);
     let bytes = read_file(&file).map_err(|error| Error::io(&error, "read", &file))?;
     let wrong = |message: String| {
-        Error::new(ErrorKind::Io, format!("{}: {message}", file.display())).with_help(
+        Error::new(ErrorKind::Io, format!("{}: {message}", path_text(&file))).with_help(
             "builds with --remote-executor write this file; the program must be the one that runs the build",
         )
     };
@@ -221,7 +222,8 @@ fn at_home(failure: Failure, root: &Path) -> Failure {
 
 /// A text without the folder of this run.
 fn without(text: &str, root: &Path) -> String {
-    text.replace(&format!("{}/", root.display()), "").replace(&root.display().to_string(), ".")
+    let root = path_text(root);
+    text.replace(&format!("{root}{}", std::path::MAIN_SEPARATOR), "").replace(&root, ".")
 }
 
 /// The files that were sent, under the names that they have at home.

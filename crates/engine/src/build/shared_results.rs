@@ -205,12 +205,14 @@ impl SharedBlobs {
 /// item's source, or a program. Paths are those of records.
 pub(crate) fn may_ask_for(path: &str, source: Option<&str>, programs: &[PathBuf]) -> bool {
     let path = Path::new(path);
+    // On Windows `/a` and `C:a` are not absolute, and lead out of every folder all the same.
+    let is_relative = !path.has_root() && !matches!(path.components().next(), Some(Component::Prefix(_)));
     // `a/../b` is inside, `a/../../b` is not.
     let mut depth = 0_i32;
     let is_plain = path.components().all(|part| {
         depth += match part {
             Component::Normal(_) => 1,
-            Component::ParentDir if path.is_relative() => -1,
+            Component::ParentDir if is_relative => -1,
             Component::ParentDir => i32::MIN / 2,
             _ => 0,
         };
@@ -218,7 +220,7 @@ pub(crate) fn may_ask_for(path: &str, source: Option<&str>, programs: &[PathBuf]
     });
     let beside = source.and_then(|source| Path::new(source).parent());
     let is_beside = || beside.is_some_and(|folder| path.starts_with(folder));
-    is_plain && (path.is_relative() || is_beside() || is_in_one_of(path, programs))
+    is_plain && (is_relative || is_beside() || is_in_one_of(path, programs))
 }
 
 /// Whether a file lies in one of these folders, and not deeper.

@@ -9,6 +9,7 @@ use parking_lot::Mutex;
 
 use super::failure::Failure;
 use crate::key::Digest;
+use crate::platform::path_text;
 use crate::storage::{
     BrokenLink, Files, OpenFile, Read, ReadKind, leads_to, lies_in, listing_digest, normal,
 };
@@ -109,7 +110,7 @@ impl<'a> ItemFiles<'a> {
         let names = self.files.list(&path);
         let digest = names.as_ref().ok().map(|names| listing_digest(names));
         self.record(Read::of(path.clone(), ReadKind::Names, digest));
-        names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path.display())))
+        names.map_err(|error| Failure::from(error).context(format!("cannot read folder {}", path_text(path))))
     }
 
     /// Whether the path is a folder; relative paths as for [`ItemFiles::read`].
@@ -135,7 +136,7 @@ impl<'a> ItemFiles<'a> {
         let found = self.files.find_program(name);
         let folder = self.folder.as_deref().unwrap_or(Path::new(""));
         self.record(Read::lookup(folder, name, found.clone()));
-        found.ok_or_else(|| Failure::new(format!("there is no program {:?} in PATH", name.display())))
+        found.ok_or_else(|| Failure::new(format!("there is no program {:?} in PATH", path_text(name))))
     }
 
     /// Checks that a path is not in the folder for exports, links followed: an item that reads a file there
@@ -148,7 +149,7 @@ impl<'a> ItemFiles<'a> {
         if self.out.as_ref().is_none_or(|out| !lies_in(&path, out, leads_to)) {
             return Ok(());
         }
-        let message = format!("{} is inside \"out\", the folder for exports", path.display());
+        let message = format!("{} is inside \"out\", the folder for exports", path_text(path));
         Err(Failure::new(message).help(HOW_TO_READ_EXPORTS))
     }
 
@@ -210,7 +211,7 @@ fn unreadable(path: &Path, error: std::io::Error) -> Failure {
         Some(link) => Failure::new(link.to_string()),
         None => Failure::from(error),
     };
-    let failure = failure.context(format!("cannot read {}", path.display()));
+    let failure = failure.context(format!("cannot read {}", path_text(path)));
     if is_busy { failure.help(WHEN_WRITTEN) } else { failure }
 }
 
@@ -277,15 +278,15 @@ mod tests {
             assert!(files.find_program(OsStr::new("other")).is_err());
         }
         let reads = files.reads();
-        let reads = reads.iter().map(|read| (read.path.to_str().unwrap(), read.kind, read.digest.is_some()));
+        let reads = reads.iter().map(|read| (read.path.as_path(), read.kind, read.digest.is_some()));
         assert_eq!(
             reads.collect::<Vec<_>>(),
             [
-                ("/project/sky/a.txt", ReadKind::Content, true),
-                ("/project/sky", ReadKind::Names, true),
-                ("/project/sea", ReadKind::Names, false),
-                ("/project/tool", ReadKind::Lookup, true),
-                ("/project/other", ReadKind::Lookup, false),
+                (Path::new("/project/sky/a.txt"), ReadKind::Content, true),
+                (Path::new("/project/sky"), ReadKind::Names, true),
+                (Path::new("/project/sea"), ReadKind::Names, false),
+                (Path::new("/project/tool"), ReadKind::Lookup, true),
+                (Path::new("/project/other"), ReadKind::Lookup, false),
             ]
         );
     }
@@ -295,7 +296,8 @@ mod tests {
         let files = files();
         let exported = Path::new("out/a.txt");
         let failure = files.read(exported).unwrap_err();
-        assert_eq!(failure.to_string(), "/project/out/a.txt is inside \"out\", the folder for exports");
+        let place = path_text("/project/out/a.txt");
+        assert_eq!(failure.to_string(), format!("{place} is inside \"out\", the folder for exports"));
         assert_eq!(failure.help.as_deref(), Some(HOW_TO_READ_EXPORTS));
         assert_eq!(files.list(exported), Err(failure.clone()));
         assert_eq!(files.check_not_exported(exported), Err(failure));

@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::platform::folder_identity;
+use crate::platform::{canonicalize, folder_identity};
 use crate::storage::{BrokenLink, leads_to, normal};
 
 /// A name in a folder.
@@ -92,7 +92,7 @@ impl Folders for DiskFolders {
     }
 
     fn real(&self, path: &Path) -> Option<PathBuf> {
-        std::fs::canonicalize(path).ok()
+        canonicalize(path).ok()
     }
 
     fn broken_link(&self, path: &Path) -> Option<BrokenLink> {
@@ -100,9 +100,7 @@ impl Folders for DiskFolders {
     }
 
     fn are_one(&self, one: &Path, other: &Path) -> bool {
-        // Some systems do not tell folders apart.
-        let identity = |path: &Path| folder_identity(path).filter(|_| cfg!(unix));
-        identity(one).is_some_and(|one| identity(other) == Some(one))
+        folder_identity(one).is_some_and(|one| folder_identity(other) == Some(one))
     }
 
     fn leads_to(&self, path: &Path) -> PathBuf {

@@ -26,6 +26,7 @@ use super::template;
 use crate::key::ItemKey;
 use crate::kinds::{NamedPath, Product};
 use crate::manifest::{Diagnostic, ValueKind};
+use crate::platform::path_text;
 use crate::storage::lies_in;
 
 const MOST_ITEMS: usize = 1_000_000;
@@ -143,7 +144,7 @@ fn linked_out(graph: &Graph, folders: &dyn Folders) -> Option<Diagnostic> {
         .is_none_or(|folder| real.starts_with(&folder) && (above != graph.out || real != folder));
     (!inside).then(|| {
         let above = above.strip_prefix(folder).unwrap_or(above);
-        let message = format!("{:?} leads out of the manifest's folder, to {}", above, real.display());
+        let message = format!("{:?} leads out of the manifest's folder, to {}", above, path_text(real));
         Diagnostic::of_file(message)
             .expected("expected a folder inside the manifest's folder, not a link out of it")
             .help("remove the link; to keep exports on another disk, mount the disk there")

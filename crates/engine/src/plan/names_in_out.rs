@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::Plan;
+use crate::platform::canonicalize;
 use crate::storage::{normal, slashed};
 
 /// The names of a path relative to the plan's `out`, if it is inside; that of `out` itself is empty. They may
@@ -12,11 +13,11 @@ pub fn names_in_out(plan: &Plan, path: &Path) -> Vec<String> {
     let absolute = std::env::current_dir().map_or_else(|_| path.to_path_buf(), |folder| folder.join(path));
     let mut places = vec![normal(&absolute)];
     if let (Some(folder), Some(name)) = (absolute.parent(), absolute.file_name())
-        && let Ok(folder) = std::fs::canonicalize(folder)
+        && let Ok(folder) = canonicalize(folder)
     {
         places.push(folder.join(name));
     }
-    let roots = [Some(normal(&plan.out)), std::fs::canonicalize(&plan.out).ok()];
+    let roots = [Some(normal(&plan.out)), canonicalize(&plan.out).ok()];
     for root in roots.iter().flatten() {
         names.extend(places.iter().filter_map(|place| place.strip_prefix(root).ok()).map(slashed));
     }

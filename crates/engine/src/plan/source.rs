@@ -19,6 +19,7 @@ use super::glob::{Glob, is_ignored_file, is_ignored_folder};
 use super::manifest::{Declaration, Key, Written};
 use crate::kinds::{Configured, ErasedKind, HOW_TO_READ_EXPORTS};
 use crate::manifest::Diagnostic;
+use crate::platform::path_text;
 
 /// The `source` of a stage.
 #[derive(Clone, Debug)]
@@ -187,9 +188,9 @@ impl Source {
     pub(super) fn shown(&self, path: &Path) -> String {
         let (plain, base) = (resolved(path), resolved(&self.base));
         let text = match plain.strip_prefix(&base) {
-            Ok(below) if below.as_os_str().is_empty() => plain.display().to_string(),
-            Ok(below) => below.display().to_string(),
-            Err(_) => plain.display().to_string(),
+            Ok(below) if below.as_os_str().is_empty() => path_text(plain),
+            Ok(below) => path_text(below),
+            Err(_) => path_text(plain),
         };
         shortened(text)
     }

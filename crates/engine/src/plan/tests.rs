@@ -17,20 +17,24 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::key::ItemKey;
-use crate::testkit::{kinds, shown};
+use crate::testkit::{kinds, shown, unix_paths};
 
 /// Folders in memory, by their absolute paths.
 struct Tree(BTreeMap<PathBuf, BTreeSet<Name>>);
 
-const MANIFEST: &str = "/project/pipeline.toml";
+const PROJECT: &str = if cfg!(windows) { "C:/project" } else { "/project" };
+
+fn manifest_file() -> ManifestFile {
+    ManifestFile::of(&Path::new(PROJECT).join("pipeline.toml"))
+}
 
 impl Tree {
     /// Files by their paths relative to `/project`, separated by spaces; `name/` is an empty folder.
     fn new(files: &str) -> Self {
-        let mut tree = Self(BTreeMap::from([(PathBuf::from("/project"), BTreeSet::new())]));
+        let mut tree = Self(BTreeMap::from([(PathBuf::from(PROJECT), BTreeSet::new())]));
         files
             .split_whitespace()
-            .for_each(|file| tree.add(Path::new("/project").join(file), file.ends_with('/')));
+            .for_each(|file| tree.add(Path::new(PROJECT).join(file), file.ends_with('/')));
         tree
     }
 
@@ -68,7 +72,7 @@ impl Folders for Tree {
 
 fn load(files: &str, manifest: &str) -> Result<Plan, Diagnostics> {
     let text = format!("schema = 1\n{manifest}");
-    Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &Tree::new(files))
+    Plan::of_bytes(&manifest_file(), text.as_bytes(), &kinds(), &Tree::new(files))
 }
 
 /// The errors of a manifest; `schema = 1` is inserted as its first line.
@@ -93,7 +97,7 @@ fn drawn(plan: &Plan) -> String {
             text += &format!(" {port}={}", names.join("+"));
         }
         if let Some(source) = &item.source {
-            text += &format!(" < {}", source.display());
+            text += &format!(" < {}", unix_paths(source.display().to_string()));
         }
         if !item.files.is_empty() {
             text += &format!(" > {}", item.files.join(" "));

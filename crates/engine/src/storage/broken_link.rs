@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
 use super::files::MAX_LINKS;
+use crate::platform::path_text;
 
 /// A link that leads to nothing, or to what cannot be looked at now.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,7 +46,7 @@ impl BrokenLink {
 impl fmt::Display for BrokenLink {
     /// `env/a.hdr is a link to ../store/a.hdr, which does not exist`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is a link to {}, which ", self.path.display(), self.target.display())?;
+        write!(f, "{} is a link to {}, which ", path_text(&self.path), path_text(&self.target))?;
         match self.why {
             io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => f.write_str("does not exist"),
             why => write!(f, "cannot be followed: {why}"),

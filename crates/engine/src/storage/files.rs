@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::programs::SearchPath;
 use super::regular::hash;
 use crate::key::Digest;
+use crate::platform::path_text;
 use crate::timestamp::Timestamp;
 
 /// The files of the outside world.
@@ -176,6 +177,8 @@ pub(crate) fn digest_now(path: &Path, kind: ReadKind) -> Option<Digest> {
 pub(crate) fn path_name(folder: &Path, path: &Path) -> String {
     match path.strip_prefix(folder) {
         Ok(inside) => slashed(inside),
+        // Records have the same separator everywhere.
+        Err(_) if cfg!(windows) => path_text(path).replace('\\', "/"),
         Err(_) => path.to_string_lossy().into_owned(),
     }
 }

@@ -31,7 +31,7 @@ use super::regular::replace_through;
 use crate::error::{Error, ErrorKind};
 use crate::key::Digest;
 use crate::parallel;
-use crate::platform::Stamp;
+use crate::platform::{Stamp, path_text};
 pub(crate) use line::{Line, Subject, Tag, short, subject};
 #[cfg(test)]
 pub(crate) use retention::OTHERS;
@@ -150,9 +150,7 @@ impl Journal {
             // It can wait: a full disk is not a reason not to build.
             let _ = journal.compact_to(retention);
         }
-        let opened = OpenOptions::new().append(true).open(path);
-        let file = opened.map_err(|error| Error::io(&error, "write", path))?;
-        journal.appender = Some(Mutex::new(Appender { file, length: journal.text.length(), torn: false }));
+        journal.open_to_append()?;
         Ok(journal)
     }
 
@@ -348,18 +346,27 @@ impl Journal {
         live.sort_unstable_by_key(|line| std::cmp::Reverse(line.place()));
         live.retain(|line| keeps(line));
         live.reverse();
-        let temporary = self.path.with_extension("new");
-        replace_through(&temporary, &self.path, None, &mut |file| self.copy(&live, file))
-            .map_err(|error| Error::io(&error, "write", &self.path))?;
+        let path = self.path.clone();
+        let was_appending = self.appender.is_some();
+        let replaced = replace_through(&path.with_extension("new"), &path, None, &mut |file| {
+            self.copy(&live, file)?;
+            // Not every file system replaces a file that is open.
+            self.text.close();
+            self.appender = None;
+            Ok(())
+        });
         drop(live);
-        let before = self.appender.take();
-        *self = Self::read(&self.path)?;
-        // If it was open for appending, that was the old file.
-        if before.is_some() {
-            let file = OpenOptions::new().append(true).open(&self.path);
-            let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;
-            self.appender = Some(Mutex::new(Appender { file, length: self.text.length(), torn: false }));
+        *self = Self::read(&path)?;
+        if was_appending {
+            self.open_to_append()?;
         }
+        replaced.map_err(|error| Error::io(&error, "write", &path))
+    }
+
+    fn open_to_append(&mut self) -> Result<(), Error> {
+        let file = OpenOptions::new().append(true).open(&self.path);
+        let file = file.map_err(|error| Error::io(&error, "write", &self.path))?;
+        self.appender = Some(Mutex::new(Appender { file, length: self.text.length(), torn: false }));
         Ok(())
     }
 
@@ -409,7 +416,7 @@ fn check_format(text: &[u8], path: &Path) -> Result<(), Error> {
     let format = std::str::from_utf8(first).ok().and_then(|line| line.strip_prefix("specula journal "));
     match format.and_then(|format| format.parse::<u32>().ok()) {
         Some(format) if format > FORMAT => {
-            let folder = path.parent().unwrap_or(path).display();
+            let folder = path_text(path.parent().unwrap_or(path));
             let message =
                 format!("{folder} was written by a newer version (format {format}, this one has {FORMAT})");
             Err(Error::new(ErrorKind::NewerState, message)

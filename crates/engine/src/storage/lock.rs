@@ -14,6 +14,7 @@ use super::regular::{create_folder, read_file};
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
 use crate::platform;
+use crate::platform::path_text;
 use crate::timestamp::Timestamp;
 
 /// The purpose for which a process holds the lock, for the processes that wait.
@@ -121,7 +122,7 @@ impl Lock {
                 return Err(Error::new(ErrorKind::Cancelled, message));
             }
             if request.timeout.0.is_some_and(|limit| waited >= limit) {
-                let message = format!("{} is already running in {}", holder(folder), folder.display());
+                let message = format!("{} is already running in {}", holder(folder), path_text(folder));
                 return Err(
                     Error::new(ErrorKind::Locked, message).with_help("wait for it, or stop that process")
                 );

@@ -2,8 +2,9 @@
 
 use std::env;
 use std::ffi::OsStr;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use crate::platform::{can_run, program_endings};
 
 /// The folders of PATH, in order.
 #[derive(Clone, Debug, Default)]
@@ -23,14 +24,14 @@ impl SearchPath {
 
     /// The files that are tried for a name, in order.
     pub(crate) fn candidates(&self, name: &OsStr) -> impl Iterator<Item = PathBuf> {
-        let endings = if cfg!(windows) { &["", ".exe", ".bat", ".cmd"][..] } else { &[""] };
-        self.0.iter().flat_map(move |folder| {
-            endings.iter().map(move |ending| {
-                let mut file = folder.join(name).into_os_string();
-                file.push(ending);
-                PathBuf::from(file)
-            })
-        })
+        let endings = program_endings();
+        let names = endings.into_iter().map(|ending| {
+            let mut file = name.to_owned();
+            file.push(ending);
+            file
+        });
+        let names = names.collect::<Vec<_>>();
+        self.0.iter().flat_map(move |folder| names.clone().into_iter().map(|name| folder.join(name)))
     }
 
     /// The candidates up to the one that is found; all of them if none is.
@@ -52,19 +53,9 @@ impl SearchPath {
     }
 }
 
-#[cfg(unix)]
-fn can_run(file: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    fs::metadata(file).is_ok_and(|file| file.is_file() && file.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn can_run(file: &Path) -> bool {
-    fs::metadata(file).is_ok_and(|found| found.is_file()) && file.extension().is_some()
-}
-
 #[cfg(all(test, unix))]
 mod tests {
+    use std::fs;
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;

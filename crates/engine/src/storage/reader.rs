@@ -135,7 +135,7 @@ mod tests {
             if tries.get() <= times_written {
                 // The length and the times stay the same: only contents differ.
                 let time = fs::metadata(path)?.modified()?;
-                let next = format!("new, {:03}", tries.get());
+                let next = format!("n{0:03}{0:04}", tries.get());
                 fs::write(path, &next)?;
                 File::options().write(true).open(path)?.set_modified(time)?;
                 bytes[4..].copy_from_slice(&next.as_bytes()[4..]);
@@ -154,7 +154,7 @@ mod tests {
             assert_eq!((bytes.unwrap().as_slice(), tries), (&b"old, old"[..], 1));
         }
         let (bytes, tries) = read(3, 0);
-        assert_eq!((bytes.unwrap().as_slice(), tries), (&b"new, 003"[..], 4));
+        assert_eq!((bytes.unwrap().as_slice(), tries), (&b"n0030003"[..], 4));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! A path may come from a manifest, a material or a record in `.specula`, and lead to a pipe that nobody
 //! writes to, an endless device, or a link. Each of these is an error here, at once.
 
-use std::fs::{self, File, Metadata, OpenOptions};
+use std::fs::{self, File, Metadata};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -116,7 +116,7 @@ pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
     // Checked before it is opened, because opening some devices has effects, and after, because it may have
     // been replaced.
     check(&fs::metadata(path)?)?;
-    let file = platform::without_waiting(OpenOptions::new().read(true)).open(path)?;
+    let file = platform::open_to_read(path)?;
     let metadata = file.metadata()?;
     check(&metadata)?;
     Ok((file, metadata))
@@ -151,7 +151,7 @@ pub(crate) fn check_own(path: &Path, folder: bool) -> io::Result<()> {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => Err(other(format!("it is a link, not {expected}"))),
         Ok(found) if folder && !found.is_dir() || !folder && !found.is_file() => {
-            Err(other(format!("it is {}, not {expected}", what(&found))))
+            Err(other(format!("it is {}, not {expected}", platform::type_of(found.file_type()))))
         }
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
@@ -169,7 +169,7 @@ fn check(metadata: &Metadata) -> io::Result<()> {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, not a file"));
     }
     if !metadata.is_file() {
-        return Err(other(format!("it is {}, not a file", what(metadata))));
+        return Err(other(format!("it is {}, not a file", platform::type_of(metadata.file_type()))));
     }
     if metadata.len() > MOST_BYTES {
         let (bytes, most) = (metadata.len(), MOST_BYTES >> 30);
@@ -179,27 +179,6 @@ fn check(metadata: &Metadata) -> io::Result<()> {
         ));
     }
     Ok(())
-}
-
-#[cfg(unix)]
-fn what(metadata: &Metadata) -> &'static str {
-    use std::os::unix::fs::FileTypeExt;
-    match metadata.file_type() {
-        kind if kind.is_dir() => "a folder",
-        kind if kind.is_file() => "a file",
-        kind if kind.is_fifo() => "a pipe",
-        kind if kind.is_socket() => "a socket",
-        _ => "a device",
-    }
-}
-
-#[cfg(not(unix))]
-fn what(metadata: &Metadata) -> &'static str {
-    match metadata.file_type() {
-        kind if kind.is_dir() => "a folder",
-        kind if kind.is_file() => "a file",
-        _ => "a device",
-    }
 }
 
 fn other(message: String) -> io::Error {

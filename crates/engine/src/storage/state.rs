@@ -21,6 +21,7 @@ use super::lock::{Lock, LockRequest};
 use super::regular::{check_own, create_folder, links_in};
 use super::store::Store;
 use crate::error::{Error, ErrorKind};
+use crate::platform::path_text;
 
 /// The name of the state folder.
 pub(crate) const FOLDER: &str = ".specula";
@@ -101,8 +102,8 @@ fn write_ignore(folder: &Path) -> Result<(), Error> {
 /// have come with a project from someone else.
 fn check(folder: &Path) -> Result<(), Error> {
     let refuse = |path: &Path, why: io::Error| {
-        let message = format!("{} cannot be used: {why}", path.display());
-        let help = format!("delete {} to rebuild everything", folder.display());
+        let message = format!("{} cannot be used: {why}", path_text(path));
+        let help = format!("delete {} to rebuild everything", path_text(folder));
         Err(Error::new(ErrorKind::BadState, message).with_help(help))
     };
     let folders = ["", "blobs", "tmp", "kept"].map(|name| (name, true));

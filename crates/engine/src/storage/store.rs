@@ -152,8 +152,13 @@ impl Store {
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let temporary = self.temporary_folder().join(format!("{}-{number}", std::process::id()));
         let project = self.folder.parent();
-        replace_through(&temporary, &self.path(blob.digest), project, &mut |mut file| file.write_all(bytes))
-            .map_err(|error| Error::io(&error, "store a result in", &self.folder))?;
+        let place = self.path(blob.digest);
+        let stored = replace_through(&temporary, &place, project, &mut |mut file| file.write_all(bytes));
+        match stored {
+            // Another item stored the same bytes, and somebody is reading them.
+            Err(_) if self.has(&blob) => return Ok(blob),
+            stored => stored.map_err(|error| Error::io(&error, "store a result in", &self.folder))?,
+        }
         self.stored.fetch_add(blob.bytes, Ordering::Relaxed);
         Ok(blob)
     }

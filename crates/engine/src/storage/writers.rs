@@ -7,15 +7,15 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::platform::{Identity, file_identity, has_other_names};
+use crate::platform::{Identity, canonicalize, file_identity, has_other_names};
 
 /// Returns the files that a program has open for writing, by the names that they have in `files`.
 pub(crate) fn being_written<'a>(files: impl IntoIterator<Item = &'a Path>) -> HashSet<PathBuf> {
     // A file may have several names among them, and others elsewhere.
     let (mut real, mut linked) = (HashMap::<PathBuf, Vec<&Path>>::new(), HashMap::<_, Vec<&Path>>::new());
     for file in files {
-        if let Ok(path) = fs::canonicalize(file) {
-            if fs::metadata(&path).is_ok_and(|found| has_other_names(&found)) {
+        if let Ok(path) = canonicalize(file) {
+            if fs::metadata(&path).is_ok_and(|found| has_other_names(&path, &found)) {
                 linked.entry(file_identity(&path)).or_default().push(file);
             }
             real.entry(path).or_default().push(file);

@@ -27,7 +27,7 @@ use crate::build::{HeardChanges, WatchedChanges, is_temporary};
 use crate::event::Event;
 use crate::plan::Plan;
 use crate::platform;
-use crate::platform::has_other_names;
+use crate::platform::{has_other_names, path_text};
 use crate::storage::being_written;
 
 /// How often a waiting watcher checks whether it is to stop.
@@ -286,7 +286,7 @@ impl ChangeCollector {
             }
             match platform::shared_file_system(&root) {
                 Some(kind) => {
-                    let root = root.display();
+                    let root = path_text(root);
                     self.poll_because(format!(
                         "{root} is on {kind}: changes by other machines there send no events"
                     ));
@@ -459,7 +459,8 @@ impl ChangeCollector {
             // No event has said what is in a folder that appears, or what another name of a file is.
             EventKind::Create(_) | EventKind::Modify(ModifyKind::Name(RenameMode::To))
                 if !self.places.concerned(path).is_empty()
-                    && fs::metadata(path).is_ok_and(|found| found.is_dir() || has_other_names(&found)) =>
+                    && fs::metadata(path)
+                        .is_ok_and(|found| found.is_dir() || has_other_names(path, &found)) =>
             {
                 self.may_have_missed_writers.store(true, Ordering::Relaxed);
             }

@@ -15,7 +15,7 @@ use notify::event::{AccessKind, AccessMode, CreateKind, EventKind, ModifyKind};
 use notify::{Config, ErrorKind, Event, RecommendedWatcher, RecursiveMode, Watcher};
 
 use super::places::WatchedPlaces;
-use crate::platform::{self, Identity};
+use crate::platform::{self, Identity, path_text};
 
 #[derive(Debug)]
 pub(crate) enum WatchMessage {
@@ -122,7 +122,7 @@ impl Listener {
                 Err(error) if is_gone(&error) || wanted.is_output => {}
                 Err(error) => {
                     if wanted.is_needed || is_limit(&error) {
-                        let why = || format!("cannot listen to {}: {}", folder.display(), unable(&error));
+                        let why = || format!("cannot listen to {}: {}", path_text(folder), unable(&error));
                         listened.failed.get_or_insert_with(why);
                     }
                 }

@@ -11,12 +11,13 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::plan::{FolderQueries, Plan, Source};
+use crate::platform::{canonicalize, name_key};
 use crate::storage::{MAX_LINKS, ReadKind, SearchPath, is_probe};
 
 /// The names of a folder that matter.
 #[derive(Debug, Default)]
 pub(super) struct WatchedFolder {
-    /// Single names, each with the paths, as the graph spells them, that lead through it.
+    /// Single names by their keys, each with the paths, as the graph spells them, that lead through it.
     names: HashMap<OsString, Vec<PathBuf>>,
     /// The folder as it is spelled by the globs that search it.
     searched: Vec<PathBuf>,
@@ -111,7 +112,7 @@ impl WatchedPlaces {
 
     /// Adds the folders of exported files that exist, and that around `out`. Returns whether one is new.
     pub(super) fn add_outputs(&mut self, plan: &Plan) -> bool {
-        let Ok(real) = fs::canonicalize(&plan.out) else { return false };
+        let Ok(real) = canonicalize(&plan.out) else { return false };
         let below = plan.output_folders().iter().flat_map(|folder| Path::new(folder).ancestors());
         let folders = below.map(|folder| real.join(folder)).collect::<BTreeSet<_>>();
         let around = real.parent().map(Path::to_path_buf);
@@ -165,7 +166,7 @@ impl WatchedPlaces {
         if let (Some(folder), Some(name)) = (path.parent(), path.file_name())
             && let Some(watched) = self.folders.get(folder)
         {
-            concerned.extend(watched.names.get(name).into_iter().flatten().cloned());
+            concerned.extend(watched.names.get(&*name_key(name)).into_iter().flatten().cloned());
             for folder in &watched.searched {
                 let path = folder.join(name);
                 if self.is_searched_for(&path) {
@@ -213,7 +214,7 @@ impl WatchedPlaces {
     /// The folders of the sources and of the manifest: those that are probed.
     pub(super) fn roots(&self) -> BTreeSet<PathBuf> {
         let roots = self.sources.iter().flat_map(Source::folders);
-        let roots = roots.filter_map(|root| fs::canonicalize(root).ok());
+        let roots = roots.filter_map(|root| canonicalize(root).ok());
         roots.chain([self.base.1.clone()]).filter(|root| self.folders.contains_key(root)).collect()
     }
 
@@ -282,7 +283,7 @@ impl WatchedPlaces {
 
     fn add_name(&mut self, folder: &Path, name: &OsStr, path: &Path) {
         let watched = self.folders.entry(folder.into()).or_default();
-        let paths = watched.names.entry(name.into()).or_default();
+        let paths = watched.names.entry(name_key(name).into()).or_default();
         if !paths.iter().any(|known| known == path) {
             paths.push(path.into());
         }

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::platform::path_text;
 use crate::storage::{PROBE_PREFIX, is_probe};
 
 /// The time within which a probe's event must arrive.
@@ -34,7 +35,7 @@ impl Probes {
         if let Err(error) = fs::write(&file, "") {
             self.waiting.pop();
             self.failed.get_or_insert_with(|| {
-                let folder = folder.display();
+                let folder = path_text(folder);
                 format!("cannot write a file to {folder} to test whether events arrive: {error}")
             });
         }
@@ -64,7 +65,7 @@ impl Probes {
         for probe in late {
             let _ = fs::remove_file(&probe.file);
             self.failed.get_or_insert_with(|| {
-                let (folder, seconds) = (probe.folder.display(), TIMEOUT.as_secs());
+                let (folder, seconds) = (path_text(probe.folder), TIMEOUT.as_secs());
                 format!("no event arrived within {seconds} s for a file written to {folder}")
             });
         }

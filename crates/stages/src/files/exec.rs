@@ -142,7 +142,7 @@ use std::ops::Bound;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use engine::{Context, Failure, ItemFiles, Kind, NamedPath, Output, Port, Product, parameters};
+use engine::{Context, Failure, ItemFiles, Kind, NamedPath, Output, Port, Product, parameters, path_text};
 
 use crate::values::artifacts::{Environment, Lighting};
 use command::{Command, Piece};
@@ -271,7 +271,7 @@ impl Kind for Exec {
             let absent =
                 parameters.command.arguments().find_map(|pieces| tools::absent(pieces, &context.files));
             match absent.filter(|_| failure.help.is_none()) {
-                Some(file) => failure.help(format!("the file {} does not exist", file.display())),
+                Some(file) => failure.help(format!("the file {} does not exist", path_text(file))),
                 None => failure,
             }
         });
@@ -323,7 +323,7 @@ impl Scratch {
         let shown = match files.kept_scratch().map(|kept| self.keep(kept)) {
             Some(Ok(kept)) => {
                 let command = process.command_line_in(kept, WORK);
-                format!("its files are kept in {}; the command:\n{command}", kept.display())
+                format!("its files are kept in {}; the command:\n{command}", path_text(kept))
             }
             Some(Err(error)) => {
                 format!("its files cannot be kept: {error}; the command:\n{}", process.command_line())
@@ -356,7 +356,7 @@ impl Scratch {
             }
             Ok(Self { folder })
         });
-        let place = files.scratch().display();
+        let place = path_text(files.scratch());
         made.map_err(|error| {
             let failure = Failure::from(error).context(format!("cannot create a scratch folder in {place}"));
             failure.system_error()

@@ -13,6 +13,7 @@ use crate::event::ItemName;
 use crate::kinds::is_left_out;
 use crate::parallel;
 use crate::plan::{ItemIndex, Plan};
+use crate::platform::path_text;
 use crate::storage::read_file;
 
 /// Which files to verify.
@@ -111,7 +112,7 @@ impl Verifier<'_> {
             self.add_missing(item, files, &mut found);
         }
         for (file, read) in files.elsewhere.iter().zip(self.read_all(&files.elsewhere)) {
-            let name = file.display().to_string();
+            let name = path_text(file);
             match read.map(|read| self.verify(file, &[], &read)) {
                 Ok(Some(verification)) => found.files.push(verification),
                 Ok(None) => found.unknown.push(name),

@@ -14,6 +14,7 @@ use super::Published;
 use crate::build::retention::Manifests;
 use crate::parallel;
 use crate::plan::template;
+use crate::platform::canonicalize;
 use crate::storage::{FOLDER, Journal, Line, Subject, Tag};
 
 /// The lines of other manifests and of other folders, by the paths of their files.
@@ -74,7 +75,7 @@ impl Others {
         folder: &Path,
         own: Option<&str>,
     ) -> Self {
-        let real = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+        let real = canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
         let mut others = Self { folder: real, ..Self::default() };
         let mut manifests = Manifests::new(folder, own);
         let mut roots = HashMap::<String, Option<String>>::new();
@@ -100,7 +101,7 @@ impl Others {
     /// The path of an `out` from the manifests' folder, links resolved; `None` if it leads out of that
     /// folder.
     pub(super) fn root(&self, out: &str) -> Option<String> {
-        match fs::canonicalize(self.folder.join(out)) {
+        match canonicalize(self.folder.join(out)) {
             Ok(real) => {
                 let inside = real.strip_prefix(&self.folder).ok()?;
                 let names = inside.components().map(|name| name.as_os_str().to_str());

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::event::{Event, ItemName};
 use crate::plan::{Plan, Selection};
 use crate::platform;
-use crate::platform::folded;
+use crate::platform::{canonicalize, folded, path_text};
 use crate::storage::{Line, State, Tag, path_name};
 
 impl Publisher<'_> {
@@ -168,7 +168,7 @@ impl Publisher<'_> {
 
     /// The name of a file in `out`, given its real path.
     fn name_in_out(&self, place: &Path) -> String {
-        let root = fs::canonicalize(self.root).unwrap_or_else(|_| self.root.to_path_buf());
+        let root = canonicalize(self.root).unwrap_or_else(|_| self.root.to_path_buf());
         path_name(&root, place)
     }
 
@@ -187,7 +187,7 @@ impl Publisher<'_> {
         }
         Ok(Some(PublishEvent::Warning(format!(
             "{} has changed since it was published; nothing exports it now, so it stays",
-            place.display()
+            path_text(place)
         ))))
     }
 

@@ -10,6 +10,7 @@ use std::{fs, io};
 use super::UpToDateCheck;
 use crate::error::{Error, ErrorKind};
 use crate::plan::listed;
+use crate::platform::path_text;
 use crate::storage::{BrokenLink, LatestRecord, Line, Record, Subject, Tag};
 use crate::{parallel, platform};
 
@@ -47,7 +48,7 @@ impl UpToDateCheck<'_> {
             1 => format!("the source {names} cannot be read, and may still exist"),
             count => format!("{count} sources cannot be read, and may still exist: {names}"),
         };
-        let folder = Path::new(unseen[0].0).parent().unwrap_or(Path::new("")).display();
+        let folder = path_text(Path::new(unseen[0].0).parent().unwrap_or(Path::new("")));
         let error = Error::new(ErrorKind::Io, message).because(why.clone());
         Err(error.with_help(format!(
             "nothing was built or removed; if they are gone for good, exclude them: source = [\"...\", \
@@ -83,7 +84,7 @@ impl UpToDateCheck<'_> {
         }
         let error = fs::symlink_metadata(source).err()?;
         if !matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) {
-            return Some(format!("cannot look at {}: {error}", source.display()));
+            return Some(format!("cannot look at {}: {error}", path_text(source)));
         }
         // Some systems remove the folder when the drive goes, so what is above it counts.
         let before = record.mount.as_deref()?;
@@ -92,8 +93,8 @@ impl UpToDateCheck<'_> {
         let is_ours = before == ".";
         let before = if is_ours { folder } else { self.folder.join(before) };
         (now != before).then(|| match is_ours {
-            true => format!("another drive is now mounted on {}", now.display()),
-            false => format!("nothing is mounted on {} any more", before.display()),
+            true => format!("another drive is now mounted on {}", path_text(now)),
+            false => format!("nothing is mounted on {} any more", path_text(before)),
         })
     }
 }

@@ -28,7 +28,7 @@ path = "{sky}/all"
 }
 
 fn load(bytes: &[u8]) -> Result<Plan, Diagnostics> {
-    Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), bytes, &kinds(), &Tree::new(FILES))
+    Plan::of_bytes(&manifest_file(), bytes, &kinds(), &Tree::new(FILES))
 }
 
 #[test]

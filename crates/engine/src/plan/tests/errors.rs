@@ -205,8 +205,7 @@ s = { kind = "text-source", source = "a.txt" }
 #[test]
 fn schema_out_and_stages_are_checked() {
     let check = |text: &str, expected: Expect| {
-        let plan =
-            Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &Tree::new(""));
+        let plan = Plan::of_bytes(&manifest_file(), text.as_bytes(), &kinds(), &Tree::new(""));
         expected.assert_eq(&shown(&plan.map(|plan| drawn(&plan)).unwrap_err()));
     };
     check(

@@ -87,7 +87,7 @@ fn sources_that_do_not_exist() {
     let folders = Counting(Tree::new(&files), Cell::new(0));
     let text =
         format!("schema = 1\n{}", stages(|n| format!("kind = \"text-source\"\nsource = \"g{n}.txt\"")));
-    let found = Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &folders);
+    let found = Plan::of_bytes(&manifest_file(), text.as_bytes(), &kinds(), &folders);
     let errors = found.map(|_| ()).unwrap_err();
     assert_eq!(errors.errors.len(), MANY);
     for error in errors.shown() {

@@ -1,6 +1,7 @@
 //! The files that a source matches, and the errors if it matches none.
 
 use super::*;
+use crate::platform::path_text;
 
 /// Checks what is found for each pair of files and a source.
 fn check(pairs: &[(&str, &str)], expected: Expect) {
@@ -26,8 +27,9 @@ fn found(files: &str, source: &str) -> String {
     let manifest = format!("[stage.s]\nkind = \"text-source\"\nsource = {source}\n");
     match load(files, &manifest) {
         Ok(plan) => {
-            let sources = plan.items.iter().map(|item| item.source.as_ref().unwrap().display());
-            sources.map(|source| format!("{source}\n")).collect::<String>() + &shown(&plan.warnings)
+            let sources = plan.items.iter().map(|item| path_text(item.source.as_ref().unwrap()));
+            unix_paths(sources.map(|source| format!("{source}\n")).collect::<String>())
+                + &shown(&plan.warnings)
         }
         Err(errors) => shown(&errors),
     }
@@ -49,12 +51,11 @@ fn alternatives_and_depth() {
 fn exports_hidden_folders_and_links_below_a_double_star_are_not_searched() {
     check_found("out/x.exr .specula/y.exr a/z.exr", r#""**/*.exr""#, &["a/z.exr"]);
     let mut tree = Tree::new("a/z.exr b/y.exr");
-    let names = tree.0.get_mut(Path::new("/project")).unwrap();
+    let names = tree.0.get_mut(Path::new(PROJECT)).unwrap();
     *names = names.iter().cloned().map(|name| Name { link: name.name == "b", ..name }).collect();
     let found = |source: &str| {
         let text = format!("schema = 1\n[stage.s]\nkind = \"text-source\"\nsource = \"{source}\"\n");
-        let plan =
-            Plan::of_bytes(&ManifestFile::of(Path::new(MANIFEST)), text.as_bytes(), &kinds(), &tree).unwrap();
+        let plan = Plan::of_bytes(&manifest_file(), text.as_bytes(), &kinds(), &tree).unwrap();
         plan.items.iter().map(|item| item.key.to_string()).collect::<Vec<_>>()
     };
     assert_eq!(found("**/*.exr"), ["z"]);

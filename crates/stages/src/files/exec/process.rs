@@ -8,7 +8,7 @@ use std::process::{ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use engine::{Failure, Reporter};
+use engine::{Failure, Reporter, path_text};
 use process_wrap::std::{ChildWrapper, CommandWrap};
 
 use super::tools::Variable;
@@ -155,7 +155,7 @@ impl Process {
             ErrorKind::ArgumentListTooLong => Some("put long arguments into a file"),
             _ => None,
         };
-        let failure = self.failure(&format!("cannot be started ({})", self.program.display()), error);
+        let failure = self.failure(&format!("cannot be started ({})", path_text(self.program)), error);
         match help {
             Some(help) => failure.help(help),
             None => failure,

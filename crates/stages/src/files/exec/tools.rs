@@ -6,7 +6,8 @@ use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
 use engine::{
-    Context, Diagnostic, Digest, Entry, Failure, ItemFiles, Parameter, Reporter, Value, ValueKind, unexpected,
+    Context, Diagnostic, Digest, Entry, Failure, ItemFiles, Parameter, Reporter, Value, ValueKind,
+    canonicalize, path_text, unexpected,
 };
 
 use super::command::{Command, Piece};
@@ -169,7 +170,8 @@ impl Tools<'_> {
             })?
         };
         let content = files.read(&file);
-        let content = content.map_err(|failure| failure.context(format!("cannot run {}", name.display())))?;
+        let content =
+            content.map_err(|failure| failure.context(format!("cannot run {}", path_text(name))))?;
         let mut is_known = interpreter::read_interpreters(content, files)?;
         if interpreter::is_env(&file) {
             let words = self.command.arguments().map(|pieces| match pieces.first() {
@@ -251,7 +253,7 @@ impl Tools<'_> {
         if is_listed(path, self.listed) {
             return;
         }
-        let shown = path.display();
+        let shown = path_text(path);
         self.warnings.push(match self.files.check_not_exported(path) {
             Ok(()) => format!(
                 "the argument {argument:?} contains {shown}, a file of the project that is not tracked: \
@@ -270,7 +272,7 @@ impl Tools<'_> {
         if if is_project { !self.listed.is_empty() } else { is_listed(folder, self.listed) } {
             return;
         }
-        let name = if is_project { "the manifest's folder".into() } else { folder.display().to_string() };
+        let name = if is_project { "the manifest's folder".into() } else { path_text(folder) };
         self.warnings.push(format!(
             "the argument {argument:?} names {name}, but not the files that the program reads there, so an \
              edit of them does not rerun the item: list the files and folders in tools = [...]"
@@ -341,7 +343,7 @@ impl FolderReader<'_> {
     /// Reads all files in a folder; returns whether those were not too many.
     fn read(&mut self, folder: &Path) -> Result<bool, Failure> {
         let path = self.files.resolve(folder);
-        let real = path.canonicalize().unwrap_or(path);
+        let real = canonicalize(&path).unwrap_or(path);
         if self.open.contains(&real) {
             return Ok(true);
         }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use containers::MaterialChoice;
-use engine::{Artifact, Document, ItemIndex, Kind, Plan, Table, ValueKind};
+use engine::{Artifact, Document, ItemIndex, Kind, Plan, Table, ValueKind, canonicalize};
 use serde_json::Value;
 
 use super::origin::{artifact, single_inputs};
@@ -113,5 +113,5 @@ fn mesh_file(plan: &Plan, item: ItemIndex) -> Option<PathBuf> {
 
 /// A path without links and detours, so that two ways to one file are equal.
 fn real(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+    canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
