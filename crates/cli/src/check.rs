@@ -92,7 +92,7 @@ fn describe_plan(arguments: &CheckArguments, plan: &Plan, errors: &[SourceError]
     };
     print::data(&format!(
         "{} is valid: {}, {}, {} in out{failing}\n",
-        path_text(arguments.query.manifest.manifest),
+        path_text(&arguments.query.manifest.manifest),
         count(stages, "stage"),
         count(items, "item"),
         count(files, "file")

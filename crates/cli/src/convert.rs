@@ -90,7 +90,7 @@ impl Request {
             None => recognise::one_layout(&files).and_then(|environments| environments.layout),
         };
         if let Some(layout) = shown {
-            let input = path_text(arguments.inputs[0]);
+            let input = path_text(&arguments.inputs[0]);
             print::message(&format!(
                 "{input} is assumed to be {layout} because of its shape; --from sets another layout"
             ));
@@ -303,7 +303,7 @@ fn engine_of(arguments: &ConvertArguments) -> Option<&'static Engine> {
 
 /// The error of an output whose extension is no image's: the command that writes such files, if there is one.
 fn no_format(arguments: &ConvertArguments) -> String {
-    let output = path_text(arguments.output);
+    let output = path_text(&arguments.output);
     let inputs = arguments.inputs.iter().map(|input| path_text(input)).collect::<Vec<_>>().join(" ");
     let other = match extension(&arguments.output).as_deref() {
         None => format!(

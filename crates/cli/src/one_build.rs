@@ -28,7 +28,7 @@ pub(crate) fn build(
     let folder = folder.map_err(|error| failed("cannot create a temporary folder".into(), error))?;
     let manifest = folder.path().join(MANIFEST);
     fs::write(&manifest, text(folder.path()))
-        .map_err(|error| failed(format!("cannot write {}", path_text(manifest)), error))?;
+        .map_err(|error| failed(format!("cannot write {}", path_text(&manifest)), error))?;
     let plan = Plan::load(&manifest, kinds).map_err(|diagnostics| {
         // The options are the parameters: whoever typed them knows no manifest.
         let mut errors = diagnostics.shown().iter().map(|diagnostic| {

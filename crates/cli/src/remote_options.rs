@@ -9,7 +9,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use engine::{SharedCacheOptions, path_text};
+use engine::SharedCacheOptions;
 
 use crate::arguments::{RemoteArguments, RemoteDownload, RemoteUpload};
 use crate::command_error::CommandError;
@@ -173,8 +173,9 @@ fn connected(options: Options) -> Result<SharedCacheOptions, CommandError> {
     let read = |file: &Option<PathBuf>| match file {
         None => Ok(None),
         Some(file) => {
-            let bytes = fs::read(file)
-                .map_err(|error| CommandError::usage([format!("cannot read {}: {error}", path_text(file))]));
+            let bytes = fs::read(file).map_err(|error| {
+                CommandError::usage([format!("cannot read {}: {error}", engine::path_text(file))])
+            });
             bytes.map(Some)
         }
     };

@@ -26,7 +26,8 @@ pub(crate) fn unix_paths(text: impl Into<String>) -> String {
     if !cfg!(windows) {
         return text;
     }
-    let text = text.replace(r"C:\project", "/project").replace(r"C:\users", "/users");
+    let tops = ["project", "assets", "users"];
+    let text = tops.iter().fold(text, |text, top| text.replace(&format!(r"C:\{top}"), &format!("/{top}")));
     let is_of_name = |c: &char| c.is_alphanumeric() || "_.-~$".contains(*c);
     let mut before = ' ';
     let mut characters = text.chars().peekable();

@@ -35,8 +35,11 @@ use crate::event::{Event, Reason, Summary};
 use crate::kinds::{Artifact as _, Context, Failure, Kind, Kinds, Output, Port, Product};
 use crate::manifest::Parameters;
 use crate::plan::Plan;
-use crate::platform::canonicalize;
+use crate::platform::{self, canonicalize, path_text};
 use crate::testkit::{Nothing, Text, kinds, unix_paths};
+
+/// A program that PATH finds.
+const PROGRAM: &str = if cfg!(windows) { "cmd" } else { "cargo" };
 
 /// Exports every text in capitals.
 const CHAIN: &str = r#"
@@ -145,6 +148,11 @@ impl Project {
         self.folder.join(name)
     }
 
+    /// A path as [`log`] shows it.
+    fn unix_path(&self, name: &str) -> String {
+        unix_paths(path_text(self.path(name)))
+    }
+
     fn write(&self, name: &str, text: &str) {
         let path = self.path(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -161,11 +169,12 @@ impl Project {
 
     fn remove(&self, name: &str) {
         let path = self.path(name);
-        if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) }.unwrap();
+        if path.is_dir() { std::fs::remove_dir_all(path) } else { platform::remove(&path) }.unwrap();
     }
 
     fn rename(&self, from: &str, to: &str) {
-        std::fs::rename(self.path(from), self.path(to)).unwrap();
+        // On Windows a build that reads the file is in the way for a moment.
+        platform::replace(&self.path(from), &self.path(to)).unwrap();
     }
 
     fn remove_link(&self, name: &str) {

@@ -22,7 +22,7 @@ pub(super) fn read(file: &Path, bytes: &[u8]) -> Option<Result<MaterialFile, Fai
         let folder = file.parent().unwrap_or(Path::new(""));
         let read = |path: &Path| {
             let path = folder.join(path);
-            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(path)));
+            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(&path)));
             engine::read_file(&path).map(Arc::new).map_err(cannot)
         };
         if toml && is_manifest(&name, bytes) {

@@ -17,7 +17,7 @@ pub(super) fn of_file(file: &Path, bytes: &[u8]) -> Option<Result<Facts, Failure
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut read = |path: &str| {
             let path = folder.join(path);
-            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(path)));
+            let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(&path)));
             engine::read_file(&path).map(Arc::new).map_err(cannot)
         };
         if let Some(facts) = lights(bytes) {

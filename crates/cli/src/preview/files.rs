@@ -56,7 +56,7 @@ impl PreviewFiles {
     /// If there is a state and it cannot be read.
     pub(crate) fn state(&self) -> Result<Option<String>, String> {
         let file = self.state_file();
-        let ignored = |reason: String| format!("ignoring {}: {reason}", path_text(file));
+        let ignored = |reason: String| format!("ignoring {}: {reason}", path_text(&file));
         match fs::metadata(&file) {
             Ok(metadata) if metadata.len() > LARGEST_STATE => return Err(ignored("it is too large".into())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),

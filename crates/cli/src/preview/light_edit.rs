@@ -43,7 +43,7 @@ pub(super) fn save(
     if lines(project, edit) != proposed || read(project)? != before {
         return Err(changed(project));
     }
-    let cannot = |error| vec![format!("{}: {error}", path_text(project.manifest))];
+    let cannot = |error| vec![format!("{}: {error}", path_text(&project.manifest))];
     write(&project.manifest, &text).map_err(cannot)?;
     Ok(project.manifest.clone())
 }
@@ -85,7 +85,7 @@ fn changed(project: &Project) -> Vec<String> {
 }
 
 fn read(project: &Project) -> Result<String, Vec<String>> {
-    let cannot = |error: String| vec![format!("{}: {error}", path_text(project.manifest))];
+    let cannot = |error: String| vec![format!("{}: {error}", path_text(&project.manifest))];
     let bytes = engine::read_file(&project.manifest).map_err(|error| cannot(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| cannot(error.to_string()))
 }

@@ -97,7 +97,7 @@ impl MaterialEdits {
             self.sent.remove(material);
             return Err(vec![format!("{} has changed on the disk", path_text(file))]);
         }
-        write(&file, &text).map_err(|error| vec![format!("{}: {error}", path_text(file))])?;
+        write(&file, &text).map_err(|error| vec![format!("{}: {error}", path_text(&file))])?;
         known.text = Ok(text);
         known.edit = Some(Edit { form, material: Ok(made), is_saved: true });
         self.sent.remove(material);
@@ -194,7 +194,7 @@ fn material_of(file: &Path, text: &str) -> Result<Material, Vec<String>> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let read = |path: &Path| {
         let path = folder.join(path);
-        let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(path)));
+        let cannot = |error| Failure::from(error).context(format!("cannot read {}", path_text(&path)));
         engine::read_file(&path).map(Arc::new).map_err(cannot)
     };
     let read = stages::read_material(&name(file), text.as_bytes(), None, &read);

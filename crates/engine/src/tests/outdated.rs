@@ -62,7 +62,7 @@ impl TextKind for SlowSource {
     const SOURCE: bool = true;
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        let gate = context.files.source()?.display().to_string();
+        let gate = unix_paths(path_text(context.files.source()?));
         if text == "bad" {
             // It ignores the request to stop, and fails in the end.
             GATE.pass(&gate, || Ok(()))?;
@@ -100,7 +100,7 @@ impl Project {
     /// A project with the kinds that wait, built by two threads.
     fn slow(manifest: &str) -> Self {
         let mut project = Project::new(manifest);
-        project.edit("GATE", &project.path("gate").display().to_string());
+        project.edit("GATE", &project.unix_path("gate"));
         project.kinds = kinds().with(SlowSource).with(SlowSuffix);
         project.options.jobs = Some(2);
         project
@@ -121,7 +121,7 @@ impl Project {
     }
 
     fn gate(&self, name: &str) -> String {
-        self.path(name).display().to_string()
+        self.unix_path(name)
     }
 }
 
@@ -396,7 +396,7 @@ fn an_item_that_read_two_contents_of_a_file_runs_again() {
     for _ in 0..2 {
         let runs = RUNS.lock()[&project.path("a.txt")];
         let log = project.build();
-        let path = project.path("a.txt").display().to_string();
+        let path = project.unix_path("a.txt");
         let failed = format!(
             "FAILED file [a]: source a.txt: {path} changed every time it was read (build again when it is \
              complete)"

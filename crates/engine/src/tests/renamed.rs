@@ -33,7 +33,7 @@ fn build_with(project: &Project, manifest: &str, options: &BuildOptions) -> Stri
     let (events, summary) = project.try_build_of(&plan, options);
     summary.unwrap();
     let shown = ["published", "restored", "removed", "warning", "FAILED", "left over", "note"];
-    let log = log(&events).replace(&project.path("").display().to_string(), "");
+    let log = log(&events).replace(&project.unix_path(""), "");
     let lines = log.lines().filter(|line| shown.iter().any(|word| line.starts_with(word)));
     lines.map(|line| format!("{line}\n")).collect()
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use expect_test::expect;
 use parking_lot::Mutex;
 
-use super::{Project, assert_has};
+use super::{PROGRAM, Project, assert_has};
 use crate::key::Digest;
 use crate::shared::{
     Question, SharedBlob, SharedCache, SharedCacheOptions, SharedResult, Traffic, Trouble, Upload,
@@ -231,13 +231,13 @@ fn files_that_a_file_includes_are_part_of_the_action() {
 #[test]
 fn where_path_leads_is_part_of_the_action() {
     let memory = Arc::<Memory>::default();
-    for name in ["cargo", "no-such-program"] {
+    for name in [PROGRAM, "no-such-program"] {
         let text = format!("program {name}\n");
         let one = project(&memory, &text);
         assert!(one.build().contains("ran text [a]"));
         let reads = one.explain("text [a]").remove(0).last.unwrap().reads;
         let read = reads.iter().find(|read| read.kind == crate::ReadKind::Lookup).unwrap();
-        assert_eq!((read.path.as_str(), read.found.is_some()), (name, name == "cargo"));
+        assert_eq!((read.path.as_str(), read.found.is_some()), (name, name == PROGRAM));
         assert_eq!(read.digest.is_some(), read.found.is_some());
         assert_has(project(&memory, &text).build(), ["from memory text [a]", "0 ran"]);
     }

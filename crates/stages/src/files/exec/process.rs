@@ -1,6 +1,6 @@
 //! Runs a program: its time limit, its output, its end, and the end of all processes that it started.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -111,8 +111,13 @@ impl Process {
 
     fn start(&self, output: &[PathBuf; 2], work: &Path) -> Result<Box<dyn ChildWrapper>, Failure> {
         let [stdout, stderr] = output;
-        let mut command = CommandWrap::with_new(&self.program, |_| {});
+        let starter = starter(&self.program);
+        let mut command =
+            CommandWrap::with_new(starter.first().map_or(self.program.as_os_str(), OsStr::new), |_| {});
         let inner = command.command_mut();
+        if !starter.is_empty() {
+            inner.args(&starter[1..]).arg(&self.program);
+        }
         inner.args(&self.arguments).current_dir(work).stdin(Stdio::null());
         inner.env_clear().envs(self.environment.iter().map(|Variable { name, value, .. }| (name, value)));
         let files = File::create(stdout).and_then(|stdout| Ok((stdout, File::create(stderr)?)));
@@ -149,17 +154,33 @@ impl Process {
 
     fn not_started(&self, error: io::Error) -> Failure {
         let help = match error.kind() {
+            _ if cfg!(windows) && error.raw_os_error() == Some(BAD_EXE_FORMAT) => {
+                Some("this file is not a program of Windows: name the interpreter of a script first")
+            }
             ErrorKind::PermissionDenied => Some("make the file executable, or name its interpreter first"),
             // The program exists, because it was read; its interpreter does not.
             ErrorKind::NotFound => Some("the interpreter in its first line (#!) does not exist"),
             ErrorKind::ArgumentListTooLong => Some("put long arguments into a file"),
             _ => None,
         };
-        let failure = self.failure(&format!("cannot be started ({})", path_text(self.program)), error);
+        let failure = self.failure(&format!("cannot be started ({})", path_text(&self.program)), error);
         match help {
             Some(help) => failure.help(help),
             None => failure,
         }
+    }
+}
+
+/// Windows cannot run a file, because it is not a program.
+const BAD_EXE_FORMAT: i32 = 193;
+
+/// What starts a program that the system does not start itself: on Windows a script of PowerShell. The system
+/// starts `.bat` and `.cmd`.
+fn starter(program: &Path) -> &'static [&'static str] {
+    let is_script = program.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ps1"));
+    match cfg!(windows) && is_script {
+        true => &["powershell.exe", "-NoProfile", "-NonInteractive", "-ExecutionPolicy", "Bypass", "-File"],
+        false => &[],
     }
 }
 

@@ -1,0 +1,42 @@
+/* interrupt.exe EVENT PROGRAM [ARGUMENT...]
+ *
+ * Runs a program with a console, sends it Ctrl-C (`c`) or Ctrl-Break (`break`) when a line arrives on standard input, and ends as
+ * the program ends. Rust's standard library cannot send these. */
+#include <stdio.h>
+#include <string.h>
+#include <wchar.h>
+#include <windows.h>
+
+static BOOL WINAPI ignore(DWORD event) {
+    (void)event;
+    return TRUE;
+}
+
+int wmain(int count, wchar_t **arguments) {
+    if (count < 3) return 2;
+    /* The command line after the event. */
+    wchar_t *line = GetCommandLineW();
+    wchar_t *program = wcsstr(line, arguments[1]) + wcslen(arguments[1]);
+    program += *program == '"';
+    program += wcsspn(program, L" ");
+    AllocConsole();
+    BOOL is_break = wcscmp(arguments[1], L"break") == 0;
+    STARTUPINFOW startup = {sizeof startup};
+    startup.dwFlags = STARTF_USESTDHANDLES;
+    startup.hStdInput = INVALID_HANDLE_VALUE;
+    startup.hStdOutput = GetStdHandle(STD_OUTPUT_HANDLE);
+    startup.hStdError = GetStdHandle(STD_ERROR_HANDLE);
+    PROCESS_INFORMATION process;
+    /* In a group of its own Ctrl-C is ignored, so that one goes to this process too. */
+    SetConsoleCtrlHandler(NULL, FALSE);
+    if (!CreateProcessW(NULL, program, NULL, NULL, TRUE, is_break ? CREATE_NEW_PROCESS_GROUP : 0, NULL, NULL, &startup, &process)) return 3;
+    SetConsoleCtrlHandler(ignore, TRUE);
+    char input[16];
+    if (fgets(input, sizeof input, stdin)) {
+        if (!GenerateConsoleCtrlEvent(is_break ? CTRL_BREAK_EVENT : CTRL_C_EVENT, is_break ? process.dwProcessId : 0)) return 4;
+    }
+    WaitForSingleObject(process.hProcess, INFINITE);
+    DWORD code;
+    GetExitCodeProcess(process.hProcess, &code);
+    return (int)code;
+}
