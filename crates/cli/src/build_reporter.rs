@@ -124,17 +124,17 @@ impl BuildReporter {
                 self.state().skipped.push((item.clone(), because.clone()));
             }
             Event::Published { file, restored: true, .. } => {
-                self.line(if self.dry_run { "would restore" } else { "restored" }, file);
+                self.line(if self.dry_run { "would restore" } else { "restored" }, path_text(file));
             }
-            Event::Published { file, .. } if self.dry_run => self.line("would publish", file),
+            Event::Published { file, .. } if self.dry_run => self.line("would publish", path_text(file)),
             Event::Published { file, .. } => {
                 if self.verbose {
-                    self.line("published", file);
+                    self.line("published", path_text(file));
                 }
             }
             Event::Removed { file, because, .. } => {
                 if self.verbose {
-                    self.line(if self.dry_run { "would remove" } else { "removed" }, file);
+                    self.line(if self.dry_run { "would remove" } else { "removed" }, path_text(file));
                 }
                 self.state().removals.add(because, file);
             }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use engine::{
     Cause, Explanation, FileState, FromCache, InputOrigin, ItemName, Kinds, LastRun, Place, ReadKind,
+    path_text,
 };
 use serde_json::json;
 
@@ -70,7 +71,7 @@ fn verdict(found: &Explanation, describe: fn(&Cause) -> String) -> String {
         Some(last) => {
             let missing = found.files.iter().find(|file| file.state != FileState::AsPublished);
             let missing = missing.map_or_else(String::new, |missing| {
-                format!(", but {} is {}", missing.file, state(&missing.state))
+                format!(", but {} is {}", path_text(&missing.file), state(&missing.state))
             });
             let came = match &last.from_cache {
                 Some(FromCache { shared: Some(shared), .. }) => {
@@ -102,7 +103,7 @@ fn full(explanation: &Explanation, manifest: &str) -> String {
     }
     for file in &explanation.files {
         let digest = short(file.digest.as_ref());
-        let _ = writeln!(text, "  file {digest} {}: {}", file.file, state(&file.state));
+        let _ = writeln!(text, "  file {digest} {}: {}", path_text(&file.file), state(&file.state));
     }
     text
 }
@@ -124,7 +125,8 @@ fn state(state: &FileState) -> String {
 
 /// `, from assets/environments/sky.exr, assets/materials/gold.toml`
 fn from(sources: &[String]) -> String {
-    if sources.is_empty() { String::new() } else { format!(", from {}", list(sources, ", ", NAMED)) }
+    let sources = sources.iter().map(path_text).collect::<Vec<_>>();
+    if sources.is_empty() { String::new() } else { format!(", from {}", list(&sources, ", ", NAMED)) }
 }
 
 fn describe_run(run: &LastRun, explanation: &Explanation, manifest: &str) -> String {
@@ -168,12 +170,13 @@ fn describe_run(run: &LastRun, explanation: &Explanation, manifest: &str) -> Str
         }
         let what = if read.kind == ReadKind::Names { "names in" } else { "read" };
         let time = read.modified.map_or_else(String::new, |time| format!(", changed {time}"));
-        let _ = writeln!(text, "    {what} {} {}{time}", short(read.digest.as_ref()), read.path);
+        let _ = writeln!(text, "    {what} {} {}{time}", short(read.digest.as_ref()), path_text(&read.path));
     }
     for (output, digest) in run.results.iter().enumerate() {
-        let file = explanation.outputs.get(output).map_or_else(String::new, |file| format!(" {file}"));
+        let file = explanation.outputs.get(output);
         // Only what is published is in `files`.
-        if file.is_empty() || explanation.files.iter().any(|known| known.file == file[1..]) {
+        if file.is_none_or(|file| explanation.files.iter().any(|known| known.file == *file)) {
+            let file = file.map_or_else(String::new, |file| format!(" {}", path_text(file)));
             let _ = writeln!(text, "    made {}{file}{}", short(Some(digest)), from(&run.sources));
         }
     }

@@ -1,6 +1,6 @@
 //! `specula prune`: removes published files that no manifest exports any more.
 
-use engine::{LockTimeout, Pruned, prune};
+use engine::{LockTimeout, Pruned, path_text, prune};
 use serde_json::json;
 
 use crate::arguments::{MANIFEST, QueryArguments};
@@ -33,8 +33,10 @@ fn describe(pruned: &Pruned, dry_run: bool) -> String {
     let Pruned { removed, changed } = pruned;
     let verb = if dry_run { "would remove" } else { "removed" };
     let mut text = String::new();
-    removed.iter().for_each(|file| text += &format!("{verb} {file}\n"));
-    changed.iter().for_each(|file| text += &format!("kept {file}: it has changed since it was published\n"));
+    removed.iter().for_each(|file| text += &format!("{verb} {}\n", path_text(file)));
+    changed.iter().for_each(|file| {
+        text += &format!("kept {}: it has changed since it was published\n", path_text(file))
+    });
     text += &match (removed.len(), changed.len()) {
         (0, 0) => "nothing to remove: the manifests here still export every published file\n".to_owned(),
         (removed, 0) => format!("{verb} {}\n", count(removed, "file")),

@@ -1,6 +1,6 @@
 //! Why an item ran or would run, in words.
 
-use engine::{Cause, Digest, ItemName, Reason, Timestamp};
+use engine::{Cause, Digest, ItemName, Reason, Timestamp, path_text};
 
 /// The reasons of an item; the items that would run before it share the last line.
 pub(crate) fn lines(reasons: &[Reason]) -> Vec<String> {
@@ -54,11 +54,11 @@ pub(crate) fn line(reason: &Reason) -> String {
         Reason::Input { port, item, old, new } => {
             format!("{} changed ({} to {})", at(port, item), short(old.as_ref()), short(new.as_ref()))
         }
-        Reason::File { path, new: None, .. } => format!("{path} is gone"),
-        Reason::File { path, old: None, .. } => format!("{path} is new"),
+        Reason::File { path, new: None, .. } => format!("{} is gone", path_text(path)),
+        Reason::File { path, old: None, .. } => format!("{} is new", path_text(path)),
         Reason::File { path, old, new, old_time, new_time } => {
             let (old, new) = (dated(old.as_ref(), *old_time), dated(new.as_ref(), *new_time));
-            format!("{path} changed ({old} to {new})")
+            format!("{} changed ({old} to {new})", path_text(path))
         }
         Reason::Program { name, old, new } => program(name, old.as_deref(), new.as_deref()),
         Reason::Kind { old, new } => format!("the kind was {old} and is {new}"),
@@ -86,6 +86,7 @@ pub(crate) fn brief(reason: &Reason, changed: &[String]) -> String {
         Reason::Input { item, .. } => format!("{} changed", item.stage),
         Reason::File { path, old, new, .. } => {
             let name = path.rsplit('/').next().filter(|_| changed.contains(path)).unwrap_or(path);
+            let name = path_text(name);
             match (old, new) {
                 (_, None) => format!("{name} is gone"),
                 (None, _) => format!("{name} is new"),

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-use engine::RemovalCause;
+use engine::{RemovalCause, path_text};
 
 use crate::lists::more;
 use crate::quantity::count;
@@ -27,7 +27,7 @@ impl Removals {
         causes.sort_by_key(|(_, files)| Reverse(files.len()));
         let rest = causes.iter().skip(MAX_CAUSES).map(|(_, files)| files.len()).sum();
         let lines = causes.iter().take(MAX_CAUSES).map(|(because, files)| match &files[..] {
-            [file] => format!("{because}: {file} {removed}"),
+            [file] => format!("{because}: {} {removed}", path_text(file)),
             files => format!("{because}: {} {removed}", count(files.len(), "file")),
         });
         let more = more(rest, "more file").map(|more| format!("{more} {removed}"));

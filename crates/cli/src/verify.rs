@@ -73,7 +73,7 @@ fn changed(found: &Verification) -> impl Iterator<Item = &SourceFile> {
 }
 
 fn describe(found: &Verification) -> String {
-    let mut text = format!("{}: {}\n", found.file, verdict(found));
+    let mut text = format!("{}: {}\n", path_text(&found.file), verdict(found));
     let item =
         found.item.as_ref().map_or_else(|| "an item that no longer exists".into(), ToString::to_string);
     let _ = match &found.item {
@@ -133,12 +133,13 @@ fn describe_source(source: &SourceFile) -> String {
         };
     }
     let what = if source.kind == ReadKind::Names { "names in " } else { "" };
+    let path = path_text(&source.path);
     let old = dated(source.old.as_ref(), source.old_time);
     match source.new {
-        new if new == source.old => format!("unchanged {what}{} ({old})", source.path),
-        None => format!("gone      {what}{} (was {old})", source.path),
+        new if new == source.old => format!("unchanged {what}{path} ({old})"),
+        None => format!("gone      {what}{path} (was {old})"),
         Some(new) => {
-            format!("changed   {what}{} ({old} to {})", source.path, dated(Some(&new), source.new_time))
+            format!("changed   {what}{path} ({old} to {})", dated(Some(&new), source.new_time))
         }
     }
 }

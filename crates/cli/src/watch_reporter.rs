@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use engine::{Change, Changed, Event, ItemName, Reason, Summary};
+use engine::{Change, Changed, Event, ItemName, Reason, Summary, path_text};
 use parking_lot::{Mutex, MutexGuard};
 
 use crate::lists::{NAMED, SHOWN, fitting, list, more};
@@ -159,14 +159,14 @@ impl WatchReporter {
                 state.published += 1;
                 if self.verbose {
                     let how = if *restored { "restored" } else { "updated" };
-                    self.line(&since, &format!("{file} {how}"));
+                    self.line(&since, &format!("{} {how}", path_text(file)));
                 } else {
-                    state.group(&item.stage, now.milliseconds).files.push(file.clone());
+                    state.group(&item.stage, now.milliseconds).files.push(path_text(file));
                 }
             }
             Event::Removed { file, because, .. } => {
                 if self.verbose {
-                    self.line(&since, &format!("{file} was removed"));
+                    self.line(&since, &format!("{} was removed", path_text(file)));
                 }
                 state.removals.add(because, file);
             }
@@ -437,7 +437,7 @@ fn by_folder(changes: &[Change]) -> Vec<String> {
             Changed::Gone => format!("{count} gone"),
             Changed::Unknown => LOST.into(),
         });
-        format!("{folder}: {}", counts.collect::<Vec<_>>().join(", "))
+        format!("{}: {}", path_text(folder), counts.collect::<Vec<_>>().join(", "))
     });
     let mut lines = lines.collect::<Vec<_>>();
     lines.extend(more(folders.len().saturating_sub(CHANGES), "more folder"));
@@ -446,8 +446,8 @@ fn by_folder(changes: &[Change]) -> Vec<String> {
 
 fn in_words(change: &Change) -> String {
     let path = match change.path.as_str() {
-        "." => "the project folder",
-        path => path,
+        "." => "the project folder".into(),
+        path => path_text(path),
     };
     match change.what {
         Changed::Appeared if change.path == "." => format!("{path} is back"),

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::key::{Digest, ItemKey};
 use crate::manifest::Diagnostics;
+use crate::platform::path_text;
 use crate::shared::Traffic;
 use crate::timestamp::Timestamp;
 
@@ -415,10 +416,12 @@ impl fmt::Display for RemovalCause {
     /// What happened, as a clause: `hdri/studio.hdr was deleted`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::SourceDeleted { path } => write!(f, "{path} was deleted"),
-            Self::SourceRenamed { path, to } => write!(f, "{path} was renamed to {to}"),
+            Self::SourceDeleted { path } => write!(f, "{} was deleted", path_text(path)),
+            Self::SourceRenamed { path, to } => {
+                write!(f, "{} was renamed to {}", path_text(path), path_text(to))
+            }
             Self::SourceExcluded { path, stage } => {
-                write!(f, "{path} is no longer a source of stage {stage}")
+                write!(f, "{} is no longer a source of stage {stage}", path_text(path))
             }
             Self::StageGone { stage, manifest } => write!(f, "stage {stage} is no longer in {manifest}"),
             Self::ItemsChanged { stage } => write!(f, "stage {stage} has other items now"),

@@ -19,6 +19,7 @@ mod renamed;
 mod shared;
 mod snapshot;
 mod sources;
+#[cfg(unix)]
 mod unseen;
 mod watch;
 

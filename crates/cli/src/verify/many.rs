@@ -173,10 +173,10 @@ fn describe(found: &OutVerification) -> String {
     let differing = files.iter().filter(|file| !file.is_current()).collect::<Vec<_>>();
     let (altered, stale): (Vec<_>, Vec<_>) = differing.into_iter().partition(is_altered);
     let (gone, unmade): (Vec<_>, Vec<_>) = missing.iter().partition(|file| file.was_published);
-    let line = |file: &&Verification| format!("{}: {}", file.file, brief(file));
+    let line = |file: &&Verification| format!("{}: {}", path_text(&file.file), brief(file));
     let absent = |state: &str| {
         let state = state.to_owned();
-        move |missing: &&MissingFile| format!("{}: {state} ({})", missing.file, missing.item)
+        move |missing: &&MissingFile| format!("{}: {state} ({})", path_text(&missing.file), missing.item)
     };
     let states = [
         ("altered", altered.iter().map(line).collect::<Vec<_>>()),

@@ -24,12 +24,10 @@ fn rejected(project: &Project) -> String {
     plan.map_or_else(|errors| errors.to_string(), |_| "no error".into())
 }
 
-#[cfg(unix)]
 fn link(project: &Project, target: impl AsRef<Path>, link: &str) {
     std::os::unix::fs::symlink(target, project.path(link)).unwrap();
 }
 
-#[cfg(unix)]
 #[test]
 fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
     let project = built("in/*.txt", &[("store/sky", "blue"), ("in/gold.txt", "warm")]);
@@ -62,7 +60,6 @@ fn the_item_of_a_link_to_nothing_fails_with_the_target_and_keeps_its_outputs() {
     assert!(project.build().contains("removed sky.txt"), "a link that was deleted is gone");
 }
 
-#[cfg(unix)]
 #[test]
 fn a_file_of_its_own_name_that_is_a_link_to_nothing_is_an_item_that_fails() {
     let project = built("in/sky.txt", &[("in/sky.txt", "blue")]);
@@ -75,7 +72,6 @@ fn a_file_of_its_own_name_that_is_a_link_to_nothing_is_an_item_that_fails() {
 }
 
 /// Without the folder it is not known that its item's name ends in `.v2`.
-#[cfg(unix)]
 #[test]
 fn a_folder_of_its_own_name_that_is_a_link_to_nothing_keeps_its_outputs() {
     let project = Project::new(&CAPITALS.replace("in/*.txt", "faces.v2"));
@@ -89,7 +85,6 @@ fn a_folder_of_its_own_name_that_is_a_link_to_nothing_keeps_its_outputs() {
     assert_eq!(project.read("out/faces.v2.txt"), "A");
 }
 
-#[cfg(unix)]
 #[test]
 fn a_folder_that_cannot_be_reached_stops_the_build() {
     let files = [("share/deep/sky.txt", "blue"), ("in/here/gold.txt", "warm")];
@@ -106,7 +101,6 @@ fn a_folder_that_cannot_be_reached_stops_the_build() {
     assert!(project.build().contains("removed sky.txt"));
 }
 
-#[cfg(unix)]
 #[test]
 fn a_folder_that_cannot_be_listed_stops_the_build() {
     use std::os::unix::fs::PermissionsExt;
@@ -224,7 +218,6 @@ fn out_by_another_name_is_no_source() {
     assert_eq!(rejected(&project), "no error");
 }
 
-#[cfg(unix)]
 #[test]
 fn a_source_that_leads_into_out_is_refused_by_any_link() {
     let files = [("in/sky.txt", "blue"), ("in/gold.txt", "warm")];
@@ -255,7 +248,6 @@ fn a_source_that_leads_into_out_is_refused_by_any_link() {
     refused("more/deep", &[("../out", "more/deep")]);
 }
 
-#[cfg(unix)]
 #[test]
 fn a_file_that_an_item_reads_may_not_lead_into_out() {
     let project = built("in/*.txt", &[("in/sky.txt", "blue"), ("in/gold.txt", "warm")]);
