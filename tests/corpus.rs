@@ -1,7 +1,5 @@
 //! The whole pipeline on real environments: photographed lat-longs, light probes and a cube map.
 
-use std::fs;
-
 use crate::support::{Project, copy_folder};
 
 const MANIFEST: &str = r#"
@@ -54,8 +52,8 @@ path = "sheets/{cube}"
 #[test]
 fn the_corpus_builds_and_rebuilds() {
     let Some(corpus) = test_data::folder("the_corpus_builds_and_rebuilds", "SPECULA_CORPUS") else { return };
-    let corpus = fs::canonicalize(corpus).unwrap();
-    let project = Project::new(&MANIFEST.replace("{corpus}", corpus.to_str().unwrap()));
+    let corpus = engine::canonicalize(corpus).unwrap().to_str().unwrap().replace('\\', "/");
+    let project = Project::new(&MANIFEST.replace("{corpus}", &corpus));
     project.ok(&["build"]);
     let sheets = project.outputs().into_keys().filter(|name| name.starts_with("sheets/")).collect::<Vec<_>>();
     let wanted =

@@ -40,4 +40,6 @@ mod timings;
 mod two_processes;
 mod watching;
 mod why;
+#[cfg(windows)]
+mod windows;
 mod without_manifest;

@@ -22,7 +22,11 @@ fn edit(project: &Project, version: u64, in_place: bool) {
     }
     let temporary = project.path("assets/materials/.gold.toml.new");
     fs::write(&temporary, material(version)).unwrap();
-    fs::rename(temporary, project.path(name)).unwrap();
+    // On Windows a watcher that reads the file is in the way for a moment.
+    let deadline = Instant::now() + Duration::from_secs(10);
+    while let Err(error) = fs::rename(&temporary, project.path(name)) {
+        assert!(Instant::now() < deadline, "{error}");
+    }
 }
 
 /// What a clean build of each version writes, and how long one takes.

@@ -37,7 +37,10 @@ fn files_are_previewed_without_a_manifest() {
         .output()
         .unwrap();
     assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
-    assert_eq!(fs::read_dir(cache.join("specula/preview")).unwrap().count(), 2);
+    // Windows has one cache for a user, wherever these variables point.
+    if cfg!(unix) {
+        assert_eq!(fs::read_dir(cache.join("specula/preview")).unwrap().count(), 2);
+    }
     // The still in place of a window is where somebody works, and not in the cache.
     if !cfg!(feature = "window") {
         let drawn = project.command(&["preview", STUDIO]).env("XDG_CACHE_HOME", &cache).output().unwrap();

@@ -90,9 +90,14 @@ pub struct Run {
 
 impl From<Output> for Run {
     fn from(output: Output) -> Self {
-        let text = |bytes| String::from_utf8(bytes).unwrap();
+        let text = |bytes| plain_paths(String::from_utf8(bytes).unwrap());
         Self { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
     }
+}
+
+/// A text for people in which paths have `/` on every system; JSON is as it was.
+pub fn plain_paths(text: String) -> String {
+    if cfg!(windows) && !text.starts_with(['{', '[']) { text.replace('\\', "/") } else { text }
 }
 
 impl Run {

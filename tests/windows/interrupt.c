@@ -19,7 +19,6 @@ int wmain(int count, wchar_t **arguments) {
     wchar_t *program = wcsstr(line, arguments[1]) + wcslen(arguments[1]);
     program += *program == '"';
     program += wcsspn(program, L" ");
-    AllocConsole();
     BOOL is_break = wcscmp(arguments[1], L"break") == 0;
     STARTUPINFOW startup = {sizeof startup};
     startup.dwFlags = STARTF_USESTDHANDLES;
@@ -27,13 +26,18 @@ int wmain(int count, wchar_t **arguments) {
     startup.hStdOutput = GetStdHandle(STD_OUTPUT_HANDLE);
     startup.hStdError = GetStdHandle(STD_ERROR_HANDLE);
     PROCESS_INFORMATION process;
+    FreeConsole();
+    AllocConsole();
     /* In a group of its own Ctrl-C is ignored, so that one goes to this process too. */
     SetConsoleCtrlHandler(NULL, FALSE);
     if (!CreateProcessW(NULL, program, NULL, NULL, TRUE, is_break ? CREATE_NEW_PROCESS_GROUP : 0, NULL, NULL, &startup, &process)) return 3;
     SetConsoleCtrlHandler(ignore, TRUE);
     char input[16];
     if (fgets(input, sizeof input, stdin)) {
-        if (!GenerateConsoleCtrlEvent(is_break ? CTRL_BREAK_EVENT : CTRL_C_EVENT, is_break ? process.dwProcessId : 0)) return 4;
+        if (!GenerateConsoleCtrlEvent(is_break ? CTRL_BREAK_EVENT : CTRL_C_EVENT, is_break ? process.dwProcessId : 0)) {
+            TerminateProcess(process.hProcess, 1);
+            return 4; /* Wine 8 sends no Ctrl-Break. */
+        }
     }
     WaitForSingleObject(process.hProcess, INFINITE);
     DWORD code;

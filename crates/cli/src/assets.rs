@@ -330,7 +330,7 @@ fn relative(path: &Path, base: &Path) -> PathBuf {
 }
 
 /// A path as manifests write it.
-fn slashed(path: &Path) -> String {
+pub(crate) fn slashed(path: &Path) -> String {
     path.to_string_lossy().replace('\\', "/")
 }
 

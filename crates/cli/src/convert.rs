@@ -304,7 +304,7 @@ fn engine_of(arguments: &ConvertArguments) -> Option<&'static Engine> {
 /// The error of an output whose extension is no image's: the command that writes such files, if there is one.
 fn no_format(arguments: &ConvertArguments) -> String {
     let output = path_text(&arguments.output);
-    let inputs = arguments.inputs.iter().map(|input| path_text(input)).collect::<Vec<_>>().join(" ");
+    let inputs = arguments.inputs.iter().map(path_text).collect::<Vec<_>>().join(" ");
     let other = match extension(&arguments.output).as_deref() {
         None => format!(
             "`specula convert {inputs} --engine three -o {output}` writes the files that an engine loads"

@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 
 use stages::Engine;
 
-use engine::path_text;
-
-use crate::assets::{Assets, Environments, Recognised, glob_of, source_of};
+use crate::assets::{Assets, Environments, Recognised, glob_of, slashed, source_of};
 
 pub(crate) const STARTER: &str = include_str!("starter/pipeline.toml");
 
@@ -165,7 +163,7 @@ pub(crate) fn starter(recognised: &Recognised, folder: &Path, engine: &Engine) -
         text += "\n# Left out, because a build cannot read them:\n";
         for (file, reason) in left_out {
             let place = file.strip_prefix(folder).unwrap_or(file);
-            let words = format!("{}: {reason}", path_text(place));
+            let words = format!("{}: {reason}", slashed(place));
             let words: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
             text += &format!("# {words}\n");
         }

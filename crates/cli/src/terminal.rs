@@ -53,11 +53,13 @@ fn colour_of(variable: impl Fn(&str) -> Option<String>) -> Option<bool> {
     }
 }
 
-/// Whether lines and corners can be drawn.
+/// Whether lines and corners can be drawn. Where a console of Windows sends a pipe, its old code page shows other
+/// characters.
 pub(crate) fn shows_unicode() -> bool {
     let locale =
         ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(std::env::var_os).find(|v| !v.is_empty());
-    cfg!(windows) || locale.is_some_and(|locale| locale.to_string_lossy().to_lowercase().contains("utf"))
+    cfg!(windows) && is_terminal()
+        || locale.is_some_and(|locale| locale.to_string_lossy().to_lowercase().contains("utf"))
 }
 
 /// The columns to fill: those of the terminal, from 40 to 160, or [`PLAIN_WIDTH`].

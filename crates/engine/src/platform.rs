@@ -253,7 +253,7 @@ fn retry_while_held<T>(path: &Path, held: &[i32], mut act: impl FnMut() -> io::R
                     return Err(io::Error::new(io::ErrorKind::PermissionDenied, MarkedReadOnly));
                 }
                 if pause >= LONGEST_HOLD {
-                    return Err(io::Error::new(io::ErrorKind::ResourceBusy, HeldOpen::of(path, &error)));
+                    return Err(io::Error::new(io::ErrorKind::TimedOut, HeldOpen::of(path, &error)));
                 }
                 std::thread::sleep(pause);
                 pause *= 2;
@@ -485,7 +485,7 @@ mod tests {
             let (_folder, file, [new, place]) = holding(0);
             for error in [replace(&new, &place), remove(&place), open_to_read(&place).map(drop)] {
                 let error = error.unwrap_err();
-                assert_eq!(error.kind(), io::ErrorKind::ResourceBusy);
+                assert_eq!(error.kind(), io::ErrorKind::TimedOut);
                 assert!(error.to_string().contains(" has it open"), "{error}");
             }
             drop(file);

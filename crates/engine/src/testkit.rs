@@ -33,7 +33,7 @@ pub(crate) fn unix_paths(text: impl Into<String>) -> String {
     let mut characters = text.chars().peekable();
     let mut plain = String::new();
     while let Some(c) = characters.next() {
-        let separates = c == '\\' && is_of_name(&before) && characters.peek().is_some_and(is_of_name);
+        let separates = c == '\\' && is_of_name(&before) && characters.peek().is_none_or(is_of_name);
         // Escapes of messages, such as `\u{301}`.
         let is_escape = text[plain.len() + c.len_utf8()..].starts_with("u{");
         plain.push(if separates && !is_escape { '/' } else { c });

@@ -170,7 +170,13 @@ impl Project {
 
     fn remove(&self, name: &str) {
         let path = self.path(name);
-        if path.is_dir() { std::fs::remove_dir_all(path) } else { platform::remove(&path) }.unwrap();
+        if !path.is_dir() {
+            return platform::remove(&path).unwrap();
+        }
+        while let Err(error) = std::fs::remove_dir_all(&path) {
+            // A watcher puts back what has gone, and on Windows what is open stays for a moment.
+            assert!(cfg!(windows) && path.exists(), "{error}");
+        }
     }
 
     fn rename(&self, from: &str, to: &str) {

@@ -213,7 +213,7 @@ fn describe(found: &OutVerification) -> String {
 
 /// The verdict on a file, with the sources that changed.
 fn brief(file: &Verification) -> String {
-    let sources = changed(file).map(|source| source.path.as_str()).collect::<Vec<_>>();
+    let sources = changed(file).map(|source| path_text(&source.path)).collect::<Vec<_>>();
     match verdict(file) {
         verdict if sources.is_empty() => verdict.into(),
         verdict => format!("{verdict} ({})", list(&sources, ", ", NAMED)),

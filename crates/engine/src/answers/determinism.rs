@@ -115,9 +115,10 @@ pub fn determinism(
             None => {
                 found.items = results.records.iter().flatten().count();
                 found.outputs = results.records.iter().flatten().map(|record| record.outputs.len()).sum();
-                first = Some((trial, results));
+                // The files of the results are closed before their folder is removed.
+                first = Some((results, trial));
             }
-            Some((trial, before)) => {
+            Some((before, trial)) => {
                 compare(plan, (trial.threads, before), (threads, &results), &mut reported, &mut found)?;
             }
         }

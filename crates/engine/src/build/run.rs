@@ -149,7 +149,7 @@ impl RunContext<'_> {
         } = ran;
         // A kind says what is wrong inside its source; which file of the project that is, is known only here.
         let outputs = outputs.map_err(|failure| match self.check.source(request.item) {
-            Some(source) if !failure.cancelled => failure.context(format!("source {source}")),
+            Some(source) if !failure.cancelled => failure.context(format!("source {}", path_text(source))),
             _ => failure,
         });
         if outputs.as_ref().is_err_and(|failure| failure.cancelled) {

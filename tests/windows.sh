@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Builds the program for Windows and runs its tests in Wine: those of the engine and the end-to-end tests; with --all those of every
+# crate, and the window. Says aloud what it cannot. On Debian 12: gcc-mingw-w64-x86-64 and wine64, and the target of rustup or,
+# if its server cannot be reached, rustc-web, cargo-web and rust-web-src.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+target=x86_64-pc-windows-gnu
+skip() { echo "SKIPPED windows: $1"; exit 0; }
+
+wine=$(command -v wine64 || ls /usr/lib/wine/wine64 2>/dev/null) || skip "no wine64"
+command -v x86_64-w64-mingw32-gcc >/dev/null || skip "no x86_64-w64-mingw32-gcc"
+cargo=(cargo)
+std=()
+if [ ! -d "$(rustc --print target-libdir --target $target)" ] && ! rustup target add $target 2>/dev/null; then
+    # Debian's compiler builds the standard library from its source.
+    [ -d /usr/lib/rustlib/src/rust/library ] || [ -d "$(/usr/bin/rustc --print sysroot 2>/dev/null)/lib/rustlib/src/rust/library" ] ||
+        skip "no standard library for $target, nor its source (rust-web-src)"
+    cargo=(env RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 /usr/bin/cargo)
+    std=(-Zbuild-std=std,panic_unwind,test)
+fi
+
+# What Wine needs: an empty Windows 10, and beside the programs what Wine 8 lacks.
+home=$PWD/target/windows
+mkdir -p "$home"
+x86_64-w64-mingw32-gcc -shared -O1 -o "$home/bcryptprimitives.dll" tests/windows/bcryptprimitives.c -ladvapi32
+x86_64-w64-mingw32-gcc -O1 -municode -o "$home/interrupt.exe" tests/windows/interrupt.c
+export WINEPREFIX=$home/prefix WINEDEBUG=-all
+windows_path() { printf 'Z:%s' "${1//\//\\}"; }
+export WINEPATH=$(windows_path "$home") SPECULA_INTERRUPT=$(windows_path "$home/interrupt.exe")
+[ -d "$WINEPREFIX" ] || "$wine" winecfg -v win10
+# One server for all programs, which would otherwise start and end with each.
+"$wine" wineserver -p 2>/dev/null || wineserver -p 2>/dev/null || true
+trap 'wineserver -k 2>/dev/null || true' EXIT
+
+export CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=$wine
+# Wine starts programs slowly and most tests wait, so more of them run than there are processors.
+export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc)))}
+tests() { "${cargo[@]}" test "${std[@]}" --target $target --locked --no-fail-fast "$@"; }
+
+if [ "${1:-}" = --all ]; then
+    tests --workspace --exclude custom-kind
+    "${cargo[@]}" check "${std[@]}" --target $target --locked -p cli --features window,remote
+else
+    # The longest tests of the engine's storage have nothing of the system in them.
+    tests -p engine --lib -- --skip a_hundred_thousand_lines
+    tests -p cli --test end_to_end
+fi
