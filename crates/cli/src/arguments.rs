@@ -304,6 +304,10 @@ pub(crate) struct BuildArguments {
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, conflicts_with = "dry_run",
           value_hint = ValueHint::DirPath)]
     pub(crate) timings: Option<Option<PathBuf>>,
+    /// Write a report for CI servers in the format of JUnit, with a test case for each item, even if the build
+    /// fails
+    #[arg(long, value_name = "FILE", conflicts_with = "dry_run", value_hint = ValueHint::FilePath)]
+    pub(crate) junit: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) remote: RemoteArguments,
 }
