@@ -26,7 +26,8 @@ pub(crate) fn write(timeline: &Timeline, folder: &Path) -> Result<[PathBuf; 2], 
     Ok([page, trace])
 }
 
-/// Writes the report for CI servers, whole or not at all. `error` is why the build could not begin or continue.
+/// Writes the report for CI servers, whole or not at all. `error` is why the build could not begin or
+/// continue.
 pub(crate) fn write_junit(
     file: &Path,
     manifest: &Path,
