@@ -49,8 +49,8 @@ mod tests {
         names.join(" OR ")
     }
 
-    /// The crates that Cargo.lock names for the program, without our own and without those that only run while
-    /// it is compiled. Cargo may have to download those of other systems.
+    /// The crates that Cargo.lock names for the program, without our own and without those that only run
+    /// while it is compiled. Cargo may have to download those of other systems.
     #[test]
     fn the_crates_and_their_licences_are_those_of_the_program() {
         let mut cargo = Command::new(std::env::var("CARGO").unwrap());
