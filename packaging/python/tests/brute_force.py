@@ -23,6 +23,14 @@ def solid_angles(height: int, width: int) -> Array:
     return ((borders[:-1] - borders[1:]) * 2.0 * np.pi / width)[:, None]
 
 
+def cube_directions(edge: int) -> Array:
+    """The directions of a cube's texels, [6, edge, edge, 3]: CONVENTIONS.md and the table of KTX2."""
+    t, s = np.meshgrid(*[2.0 * (np.arange(edge) + 0.5) / edge - 1.0] * 2, indexing="ij")
+    one = np.ones_like(s)
+    faces = [(one, -t, -s), (-one, -t, s), (s, one, t), (s, -one, -t), (s, -t, one), (-s, -t, -one)]
+    return unit(np.stack([np.stack([z, -x, y], axis=-1) for x, y, z in faces]))
+
+
 def harmonics(degree: int, w: Array) -> Array:
     """Real orthonormal harmonics without the Condon-Shortley phase, from SciPy's complex ones with it."""
     theta, phi = np.arccos(np.clip(w[..., 2], -1.0, 1.0)), np.arctan2(w[..., 1], w[..., 0])

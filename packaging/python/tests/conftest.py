@@ -6,6 +6,7 @@ import os
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -14,11 +15,16 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).parents[3]
 
 
+def _skip(reason: str) -> NoReturn:
+    """Skips a test, or fails it if no test may be skipped."""
+    if "SPECULA_REQUIRE" in os.environ:
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
 def _folder(variable: str) -> Path:
     folder = os.environ.get(variable)
-    if folder is None:
-        pytest.skip(f"{variable} is unset")
-    return Path(folder)
+    return Path(folder) if folder is not None else _skip(f"{variable} is unset")
 
 
 @pytest.fixture(scope="session")
@@ -38,7 +44,7 @@ def program() -> Path:
     """The program."""
     named = os.environ.setdefault("SPECULA_PROGRAM", str(ROOT / "target/debug/specula"))
     if not Path(named).exists():
-        pytest.skip(f"there is no program {named}")
+        _skip(f"there is no program {named}")
     return Path(named)
 
 

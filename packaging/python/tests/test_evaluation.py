@@ -231,21 +231,33 @@ def test_a_texel_is_the_sum_of_its_coefficients_and_look_ups_have_no_seams() -> 
             values = random.normal(size=(faces, height, width, 9, 3)).astype(np.float32)
             shrm = specula.Shrm(values, layout, frame, "normal", np.zeros((0, 7)), {})
             seen = brute_force.some_directions(1, 9)[0]
-            if layout == "lat-long":
-                # At texels, the direct sum of equation 7.
-                w = brute_force.directions(height, width)
-                local = np.stack([[_in_frame(z, seen) for z in row] for row in w])
-                basis = brute_force.harmonics(
-                    2, local if frame == "local" else np.broadcast_to(seen, w.shape)
-                )
-                expected = np.einsum("hwr,hwrc->hwc", basis, values[0])
-                np.testing.assert_allclose(specula.evaluate(shrm, w, seen), expected, atol=1e-5)
+            # At texels, the direct sum of equation 7.
+            image = brute_force.directions(height, width)[None]
+            w = image if layout == "lat-long" else brute_force.cube_directions(width) + 0.0
+            flat = w.reshape(-1, 3)
+            local = np.stack([_in_frame(z, seen) for z in flat]).reshape(w.shape)
+            basis = brute_force.harmonics(2, local if frame == "local" else np.broadcast_to(seen, w.shape))
+            expected = np.einsum("fhwr,fhwrc->fhwc", basis, values)
+            np.testing.assert_allclose(specula.evaluate(shrm, w, seen), expected, atol=1e-5)
             # Steps over seams, edges and corners, and over rows beside a pole, are as small as all others.
             t = np.linspace(0.0, 2.0 * np.pi, 40_001)
             for axes in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
                 circle = np.stack([np.cos(t), np.sin(t), 0.3 * np.sin(3.0 * t) + 0.1], axis=1)[:, axes]
                 steps = np.abs(np.diff(specula.evaluate(shrm, circle, seen), axis=0)).max()
                 assert steps < 0.03, (layout, frame, axes, steps)
+            # Across a pole.
+            if layout == "lat-long":
+                beside = np.stack([1e-7 * np.cos(t[::997]), 1e-7 * np.sin(t[::997]), np.ones(41)], axis=1)
+                for pole in ([1.0, 1.0, 1.0], [1.0, 1.0, -1.0]):
+                    there, here = (
+                        specula.evaluate(shrm, beside * pole * [s, s, 1.0], seen) for s in (1.0, -1.0)
+                    )
+                    np.testing.assert_allclose(there, here, atol=1e-5)
+            # The weights sum to 1 everywhere, at corners too.
+            values = np.ones((faces, height, width, 1, 3), np.float32)
+            plain = specula.Shrm(values, layout, frame, "normal", np.zeros((0, 7)), {})
+            w = brute_force.some_directions(2000, 12)
+            np.testing.assert_allclose(specula.evaluate(plain, w, seen), np.sqrt(0.25 / np.pi), rtol=1e-12)
 
 
 def _in_frame(z: Array, view: Array) -> Array:

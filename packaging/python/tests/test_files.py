@@ -204,6 +204,10 @@ def test_errors_name_the_file_the_place_and_what_was_expected(out: Path, tmp_pat
         "sh", lambda h: h["sh"].update(shape=[2**62, 2**62]), ANY_BYTES.format(2**127, [2**62, 2**62], 1176)
     )
     check("sh", lambda h: h["sh"].update(shape=[48, 3]), ANY_BYTES.format(48 * 24, [48, 3], 1176))
+    # A hole between two tensors.
+    hole = "tensor `shrm`: expected the bytes 0 to 10368 for the shape [6, 4, 4, 9, 3] of F32, found {} to {}"
+    lights = _parts(out / "shrm.safetensors")[0]["lights"]["data_offsets"][1]
+    check("shrm", lambda h: h.pop("lights"), hole.format(lights, lights + 10368))
     check(
         "shrm",
         lambda h: h["__metadata__"].update(layout="lat-long"),
