@@ -5,6 +5,7 @@
 mod support;
 
 mod cache_commands;
+mod ci;
 mod completions;
 mod convert;
 mod corpus;
@@ -14,6 +15,7 @@ mod full_disk;
 #[cfg(unix)]
 mod hostile_names;
 mod inspect_picture;
+mod junit;
 mod killed;
 mod killed_watching;
 mod manifest_errors;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::{Project, SMALL, STUDIO, files_below, root};
+use crate::support::{Project, SMALL, STUDIO, assert_has, files_below, root};
 
 #[test]
 fn files_are_previewed_without_a_manifest() {
@@ -360,4 +360,32 @@ fn init_writes_a_manifest_for_an_engine() {
     }
     Project::new("").specula(&["init", "--engine", "thre"]).ends(2, ["did you mean \"three\"?"]);
     Project::new("").specula(&["init", "--engine", "three", "--sample"]).ends(2, ["cannot be used with"]);
+}
+
+#[test]
+fn the_version_is_one_line_and_verbose_says_from_what_it_was_built() {
+    let project = Project::assets_alone();
+    let line = format!("specula {}\n", env!("CARGO_PKG_VERSION"));
+    let mut texts = Vec::new();
+    for flag in ["--version", "-V"] {
+        assert_eq!(project.ok(&[flag]).stdout, line);
+        texts.extend([project.ok(&[flag, "--verbose"]).stdout, project.ok(&["--verbose", flag]).stdout]);
+    }
+    assert!(texts.iter().all(|text| *text == texts[0] && text.starts_with(&line)), "{texts:?}");
+    let text = &texts[0];
+    let switch = |is_on| if is_on { "on" } else { "off" };
+    let [gpu, window, remote] = [cfg!(feature = "gpu"), cfg!(feature = "window"), cfg!(feature = "remote")];
+    let features =
+        format!("features: gpu {}, window {}, remote {}\n", switch(gpu), switch(window), switch(remote));
+    assert_has(text, ["\ncommit: ", &features, "\nlicence: MIT OR Apache-2.0\n"]);
+    // A crate is in the lock file with this version.
+    let lock = fs::read_to_string(root().join("Cargo.lock")).unwrap();
+    let mut known = 0;
+    for named in text.lines().filter_map(|line| line.strip_prefix("  ")).flat_map(|line| line.split(',')) {
+        let Some((name, version)) = named.trim().split_once(' ') else { continue };
+        assert!(lock.contains(&format!("name = \"{name}\"\nversion = \"{version}\"\n")), "{named}");
+        known += 1;
+    }
+    assert!(known > 200, "{known} crates are listed");
+    project.specula(&["--verbose", "stages"]).ends(2, ["--version"]);
 }

@@ -27,6 +27,9 @@ pub(crate) struct Arguments {
     /// Whether to colour messages
     #[arg(long, value_name = "WHEN", default_value = "auto", global = true)]
     pub(crate) color: Colour,
+    /// With --version: also print the commit, the features, and the licences of all crates
+    #[arg(long, requires = "version")]
+    pub(crate) verbose: bool,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -304,6 +307,10 @@ pub(crate) struct BuildArguments {
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true, conflicts_with = "dry_run",
           value_hint = ValueHint::DirPath)]
     pub(crate) timings: Option<Option<PathBuf>>,
+    /// Write a report for CI servers in the format of JUnit, even if the build fails: a test case for each
+    /// item
+    #[arg(long, value_name = "FILE", conflicts_with = "dry_run", value_hint = ValueHint::FilePath)]
+    pub(crate) junit: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) remote: RemoteArguments,
 }

@@ -1,5 +1,6 @@
 //! `specula build`: runs what is out of date.
 
+use std::path::Path;
 use std::time::Duration;
 
 use engine::{BuildOptions, Cancel, Event, Kinds, LockTimeout, Summary, path_text};
@@ -15,6 +16,38 @@ use crate::remote_options::shared_cache;
 use crate::timings::{self, Timeline};
 
 pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
+    let mut timeline = None;
+    let built = build(arguments, kinds, &mut timeline);
+    let mut timeline = timeline.map(Mutex::into_inner);
+    timeline.iter_mut().for_each(Timeline::settle);
+    let timings = match (&timeline, &arguments.timings, &built) {
+        (Some(timeline), Some(folder), Ok(_)) => write_timings(timeline, folder.as_deref(), arguments),
+        _ => Ok(()),
+    };
+    let junit = match &arguments.junit {
+        Some(file) => write_junit(file, timeline.as_ref(), built.as_ref().err(), arguments),
+        None => Ok(()),
+    };
+    let errors = [timings, junit].into_iter().filter_map(Result::err);
+    match built {
+        // The items' failures decide the exit code.
+        Ok(exit) => Ok(errors.fold(exit, |exit, error| {
+            let of_error = error.report(arguments.json.then_some(JsonOutput::Events));
+            if exit == Exit::Success { of_error } else { exit }
+        })),
+        Err(error) => {
+            errors.for_each(|error| _ = error.print());
+            Err(error)
+        }
+    }
+}
+
+/// Builds, and records the course of the build if a report of it is wanted.
+fn build(
+    arguments: &BuildArguments,
+    kinds: &Kinds,
+    timeline: &mut Option<Mutex<Timeline>>,
+) -> Result<Exit, CommandError> {
     let plan = manifest::load(&arguments.manifest, kinds)?;
     let options = BuildOptions {
         stages: arguments.stages.clone(),
@@ -32,9 +65,10 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Com
     stop_on_interrupt(&cancel, || {});
     let reporter = BuildReporter::new(arguments);
     let stream = EventStream::default();
-    let timeline = arguments.timings.as_ref().map(|_| Mutex::new(Timeline::new(&plan)));
+    let is_recorded = arguments.timings.is_some() || arguments.junit.is_some();
+    *timeline = is_recorded.then(|| Mutex::new(Timeline::new(&plan)));
     let events = |event: Event| {
-        if let Some(timeline) = &timeline {
+        if let Some(timeline) = &*timeline {
             timeline.lock().record(&event);
         }
         if arguments.json {
@@ -48,17 +82,10 @@ pub(crate) fn run(arguments: &BuildArguments, kinds: &Kinds) -> Result<Exit, Com
     if !arguments.json {
         reporter.summarise(&summary, &plan.out);
     }
-    let timeline = timeline.map(Mutex::into_inner);
-    let written = timeline.map_or(Ok(()), |timeline| write_timings(timeline, arguments));
-    match (exit_of(&summary), written) {
-        (Exit::Success, Ok(())) if stream.failed() => Ok(Exit::System),
-        (Exit::Success, written) => written.map(|()| Exit::Success),
-        // The items' failures decide the exit code.
-        (exit, written) => Ok(written.err().map_or(exit, |error| {
-            error.report(arguments.json.then_some(JsonOutput::Events));
-            exit
-        })),
-    }
+    Ok(match exit_of(&summary) {
+        Exit::Success if stream.failed() => Exit::System,
+        exit => exit,
+    })
 }
 
 /// The wait that `--wait`, `--wait=SECONDS` or neither asks for.
@@ -70,13 +97,29 @@ fn lock_timeout(wait: Option<Option<u32>>) -> LockTimeout {
     }
 }
 
-fn write_timings(timeline: Timeline, arguments: &BuildArguments) -> Result<(), CommandError> {
-    let beside = || arguments.manifest.manifest.with_file_name(".specula");
-    let folder = arguments.timings.clone().flatten().unwrap_or_else(beside);
-    let [page, trace] = timings::write(timeline, &folder).map_err(|(path, error)| {
+fn write_timings(
+    timeline: &Timeline,
+    folder: Option<&Path>,
+    arguments: &BuildArguments,
+) -> Result<(), CommandError> {
+    let beside = arguments.manifest.manifest.with_file_name(".specula");
+    let [page, trace] = timings::write(timeline, folder.unwrap_or(&beside)).map_err(|(path, error)| {
         CommandError::system(format!("cannot write timings to {}", path_text(path)), &error)
     })?;
     say!("Wrote timings to {}, and for Perfetto to {}.", path_text(page), path_text(trace));
+    Ok(())
+}
+
+fn write_junit(
+    file: &Path,
+    timeline: Option<&Timeline>,
+    error: Option<&CommandError>,
+    arguments: &BuildArguments,
+) -> Result<(), CommandError> {
+    timings::write_junit(file, &arguments.manifest.manifest, timeline, error).map_err(|error| {
+        CommandError::system(format!("cannot write the JUnit report {}", path_text(file)), &error)
+    })?;
+    say!("Wrote the JUnit report {}.", path_text(file));
     Ok(())
 }
 

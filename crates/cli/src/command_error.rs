@@ -59,6 +59,16 @@ impl CommandError {
         Self { help: help.map(Into::into), ..self }
     }
 
+    /// What happened with its causes, or each error of a file with its place.
+    pub(crate) fn in_full(&self) -> String {
+        self.diagnostics.as_ref().map_or_else(|| self.to_string(), |diagnostics| diagnostics.to_string())
+    }
+
+    /// What to do.
+    pub(crate) fn help(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
     /// Reports the error, and returns the exit code of the command.
     pub(crate) fn report(self, json: Option<JsonOutput>) -> Exit {
         json.iter().for_each(|json| self.report_json(*json));

@@ -53,6 +53,7 @@ mod terminal;
 mod test_pattern;
 mod timings;
 mod verify;
+mod version;
 mod warning_groups;
 mod watch;
 mod watch_reporter;
@@ -82,7 +83,7 @@ pub fn main(kinds: Kinds) -> ExitCode {
 }
 
 fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
-    let Arguments { working_folder, color, mut command } = arguments;
+    let Arguments { working_folder, color, mut command, .. } = arguments;
     let json = command.json();
     terminal::want_colour(color);
     if let Some(folder) = working_folder

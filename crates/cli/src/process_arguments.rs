@@ -5,13 +5,14 @@ use std::env;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{ArgMatches, ColorChoice, CommandFactory, Parser, ValueEnum};
 
 use crate::arguments::{Arguments, Colour, JsonOutput};
 use crate::command_error::CommandError;
 use crate::escape::escaped;
 use crate::exit::Exit;
-use crate::{print, terminal};
+use crate::{print, terminal, version};
 
 /// The arguments of this process. A request for help, or an error, is printed and returned as an exit code.
 pub(crate) fn parse() -> Result<Arguments, ExitCode> {
@@ -23,6 +24,9 @@ pub(crate) fn parse() -> Result<Arguments, ExitCode> {
         colour(&words).into_iter().for_each(terminal::want_colour);
         if error.exit_code() != 0 && words.iter().any(|word| word == "--json") {
             command_error(&error).report_json(json_output(&typed));
+        }
+        if error.kind() == ErrorKind::DisplayVersion && words.iter().any(|word| word == "--verbose") {
+            return print::data(&version::in_full()).into();
         }
         print_error(&typed, &error);
         ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Exit::Usage as u8))

@@ -23,9 +23,11 @@ pub(crate) fn want_colour(colour: Colour) {
     let _ = COLOUR.set(colour);
 }
 
-/// Whether messages have colours: as the user asks, or else on a terminal.
+/// Whether messages have colours: as the user asks, or else on a terminal. An old console of Windows shows their
+/// control sequences as characters.
 pub(crate) fn shows_colour() -> bool {
-    requested_colour().unwrap_or_else(is_terminal)
+    let understands = || cfg!(unix) || Term::stderr().features().colors_supported();
+    requested_colour().unwrap_or_else(|| is_terminal() && understands())
 }
 
 /// Whether `--color` or the environment asks for colours or for none.

@@ -177,7 +177,7 @@ fn mark(timeline: &Timeline, span: &WorkSpan) -> Mark {
     let style = match (span.work, &timeline.outcomes[span.item]) {
         (Work::Fetch, _) => BarStyle::Fetch,
         (Work::Publish, _) => BarStyle::Publish,
-        (Work::Run, ItemOutcome::Failed(_)) => BarStyle::Failed,
+        (Work::Run, ItemOutcome::Failed { .. }) => BarStyle::Failed,
         (Work::Run, ItemOutcome::Ran { changed: false }) => BarStyle::Same,
         (Work::Run, ItemOutcome::Ran { .. } | ItemOutcome::UpToDate(_)) => BarStyle::Ran,
         (Work::Run, _) => BarStyle::Stopped,
@@ -281,11 +281,11 @@ fn items(timeline: &Timeline, html: &mut String) {
 fn row(timeline: &Timeline, item: Index, outcome: &ItemOutcome, run: Option<&WorkSpan>, html: &mut String) {
     let node = &timeline.nodes[item];
     let why = match outcome {
-        ItemOutcome::Failed(error) => error.as_str(),
+        ItemOutcome::Failed { error, .. } => error.as_str(),
         ItemOutcome::Skipped(Some(failed)) => &format!("{failed} failed"),
         _ => &timeline.reasons[item],
     };
-    let class = if matches!(outcome, ItemOutcome::Failed(_)) { " class=\"bad\"" } else { "" };
+    let class = if matches!(outcome, ItemOutcome::Failed { .. }) { " class=\"bad\"" } else { "" };
     let _ = writeln!(
         html,
         "<tr id=\"item-{item}\"{class}><td>{}</td><td>{}</td><td>{}</td>{}<td>{}</td></tr>",

@@ -18,6 +18,7 @@ fn timeline(items: usize, work: &[(Index, usize, f64, f64)]) -> Timeline {
         indices: (0..items).map(|item| (name(item), item)).collect(),
         nodes: (0..items)
             .map(|item| TimelineItem {
+                stage: name(item).stage,
                 name: name(item).to_string(),
                 kind: format!("kind-{}", item % 3),
                 needs: item.checked_sub(1).into_iter().collect(),
@@ -128,7 +129,7 @@ fn a_failure_is_never_hidden_by_its_neighbours() {
         (0..1000).map(|item| (item, 0, item as f64 * 0.01, item as f64 * 0.01 + 0.009)).collect::<Vec<_>>();
     work.push((1000, 0, 20.0, 100.0));
     let mut timeline = timeline(1001, &work);
-    timeline.outcomes[500] = ItemOutcome::Failed("it & they".into());
+    timeline.outcomes[500] = ItemOutcome::Failed { error: "it & they".into(), hint: None };
     let page = page::page(&timeline);
     assert_eq!(page.matches("<a class=\"bar failed\"").count(), 1);
     assert!(page.contains("<tr id=\"item-500\" class=\"bad\">") && page.contains("it &amp; they"));

@@ -18,6 +18,7 @@ pub(super) type Index = usize;
 
 #[derive(Clone, Debug)]
 pub(super) struct TimelineItem {
+    pub(super) stage: String,
     pub(super) name: String,
     pub(super) kind: String,
     /// The items that it needs; each has a lower index.
@@ -33,8 +34,10 @@ pub(super) enum ItemOutcome {
     Ran {
         changed: bool,
     },
-    /// The item failed, with this error.
-    Failed(String),
+    Failed {
+        error: String,
+        hint: Option<String>,
+    },
     /// The item was not run because the named item failed, or it was stopped.
     Skipped(Option<String>),
 }
@@ -81,6 +84,7 @@ impl Timeline {
             .map(|item| ItemName { stage: stage(item.stage).name.clone(), key: item.key.clone() });
         let names = names.collect::<Vec<_>>();
         let nodes = plan.items.iter().zip(&names).map(|(item, name)| TimelineItem {
+            stage: name.stage.clone(),
             name: name.to_string(),
             kind: stage(item.stage).kind.name().to_owned(),
             needs: item.inputs.iter().flatten().copied().collect(),
@@ -129,7 +133,9 @@ impl Timeline {
                 self.set(item, ItemOutcome::UpToDate(now));
             }
             Event::Finished { item, changed, .. } => self.set(item, ItemOutcome::Ran { changed: *changed }),
-            Event::Failed { item, error, .. } => self.set(item, ItemOutcome::Failed(error.join(": "))),
+            Event::Failed { item, error, help } => {
+                self.set(item, ItemOutcome::Failed { error: error.join(": "), hint: help.clone() });
+            }
             Event::Skipped { item, because } => {
                 self.set(item, ItemOutcome::Skipped(because.as_ref().map(ItemName::to_string)));
             }
@@ -145,7 +151,7 @@ impl Timeline {
     }
 
     /// Sorts the spans by worker and time, and finds which span contains which.
-    pub(super) fn settle(&mut self) {
+    pub(crate) fn settle(&mut self) {
         // Of two spans that begin at the same time, the longer contains the other.
         self.spans.sort_by_key(|span| (span.worker, span.start, std::cmp::Reverse(span.end)));
         let mut around = Vec::<Index>::new();

@@ -25,7 +25,7 @@ pub(super) fn trace(timeline: &Timeline) -> String {
         if span.work == Work::Run {
             arguments["because"] = timeline.reasons[span.item].as_str().into();
             arguments["outcome"] = describe(outcome).into();
-            if let ItemOutcome::Failed(error) = outcome {
+            if let ItemOutcome::Failed { error, .. } = outcome {
                 arguments["error"] = error.as_str().into();
             }
         }
@@ -77,7 +77,7 @@ pub(super) fn describe(outcome: &ItemOutcome) -> &'static str {
         ItemOutcome::UpToDate(_) => "up to date",
         ItemOutcome::Ran { changed: true } => "ran",
         ItemOutcome::Ran { changed: false } => "ran, same result as before",
-        ItemOutcome::Failed(_) => "failed",
+        ItemOutcome::Failed { .. } => "failed",
         ItemOutcome::Skipped(Some(_)) => "not run",
         ItemOutcome::Skipped(None) => "stopped",
     }
