@@ -41,7 +41,8 @@ export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc)))}
 tests() { "${cargo[@]}" test "${std[@]}" --target $target --locked --no-fail-fast "$@"; }
 
 if [ "${1:-}" = --all ]; then
-    tests --workspace --exclude custom-kind
+    # Benchmarks count with what Linux has.
+    tests --workspace --exclude custom-kind --exclude bench
     "${cargo[@]}" check "${std[@]}" --target $target --locked -p cli --features window,remote
 else
     # Long tests are shortened, and light is computed elsewhere.
