@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-/// The allocator of musl has one lock for all threads: a build of the sample takes five times the system time.
+/// The allocator of musl has one lock for all threads: the sample takes five times the system time.
 #[cfg(target_env = "musl")]
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
