@@ -23,8 +23,8 @@ pub(crate) fn want_colour(colour: Colour) {
     let _ = COLOUR.set(colour);
 }
 
-/// Whether messages have colours: as the user asks, or else on a terminal. An old console of Windows shows their
-/// control sequences as characters.
+/// Whether messages have colours: as the user asks, or else on a terminal. An old console of Windows shows
+/// their control sequences as characters.
 pub(crate) fn shows_colour() -> bool {
     let understands = || cfg!(unix) || Term::stderr().features().colors_supported();
     requested_colour().unwrap_or_else(|| is_terminal() && understands())
@@ -55,8 +55,8 @@ fn colour_of(variable: impl Fn(&str) -> Option<String>) -> Option<bool> {
     }
 }
 
-/// Whether lines and corners can be drawn. Where a console of Windows sends a pipe, its old code page shows other
-/// characters.
+/// Whether lines and corners can be drawn. The reader of a pipe on Windows may take them for characters of an
+/// old code page.
 pub(crate) fn shows_unicode() -> bool {
     let locale =
         ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(std::env::var_os).find(|v| !v.is_empty());

@@ -32,7 +32,7 @@ mod tests {
     /// The systems of which the list has the crates.
     const TARGETS: [&str; 5] = [
         "x86_64-unknown-linux-gnu",
-        "aarch64-unknown-linux-gnu",
+        "aarch64-unknown-linux-musl",
         "x86_64-pc-windows-msvc",
         "x86_64-apple-darwin",
         "aarch64-apple-darwin",

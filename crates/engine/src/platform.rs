@@ -16,7 +16,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use unicode_normalization::UnicodeNormalization;
 
-use crate::timestamp::Timestamp;
+use crate::timestamp::{Timestamp, nanoseconds};
 #[cfg(unix)]
 use unix as system;
 #[cfg(windows)]
@@ -84,29 +84,21 @@ pub(crate) fn modified(metadata: &Metadata) -> i64 {
     metadata.modified().map_or(i64::MAX, nanoseconds)
 }
 
-fn nanoseconds(time: std::time::SystemTime) -> i64 {
-    let magnitude = |span: Duration| i64::try_from(span.as_nanos()).unwrap_or(i64::MAX);
-    match time.duration_since(UNIX_EPOCH) {
-        Ok(since) => magnitude(since),
-        Err(before) => -magnitude(before.duration()),
-    }
-}
-
-/// The identity of a folder or file, which distinguishes it from another one of the same name: its drive and its
-/// number there.
+/// The identity of a folder or file, which distinguishes it from another one of the same name: its drive, and
+/// its number there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Identity(u64, u64);
 
 /// The identity of a folder; `None` if there is no folder at the path.
 pub(crate) fn folder_identity(path: &Path) -> Option<Identity> {
     let metadata = fs::metadata(path).ok().filter(Metadata::is_dir)?;
-    system::identity(path, &metadata)
+    system::identity(path, &metadata).map(|(drive, number)| Identity(drive, number))
 }
 
 /// The identity of a file, whatever name it is found by; `None` if there is none.
 pub(crate) fn file_identity(path: &Path) -> Option<Identity> {
     let metadata = fs::metadata(path).ok().filter(Metadata::is_file)?;
-    system::identity(path, &metadata)
+    system::identity(path, &metadata).map(|(drive, number)| Identity(drive, number))
 }
 
 /// The path of what exists, absolute and with all links followed.
@@ -123,7 +115,7 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
 }
 
 /// A path in the one spelling that paths are compared in: on Windows with a drive's letter in upper case and
-/// without the `\\\\?\\` that the system puts before resolved paths.
+/// without the `\\?\` that the system puts before resolved paths.
 fn plain(path: PathBuf) -> PathBuf {
     if !cfg!(windows) {
         return path;
@@ -201,8 +193,9 @@ fn unescaped(path: &str) -> String {
 /// Renames a file over another (or to a new name) in one step, even while others have the old one open.
 ///
 /// # Errors
-/// If it cannot be renamed. On Windows a program may hold the file in its place: a virus scanner for a moment, an
-/// engine for as long as it runs. The rename is retried for two seconds; then the error names that program.
+/// If it cannot be renamed. On Windows a program may hold the file in its place: a virus scanner for a moment,
+/// an engine for as long as it runs. The rename is retried for two seconds; then the error names that
+/// program.
 pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
     retry_while_held(to, &[ACCESS_DENIED, SHARING_VIOLATION, LOCK_VIOLATION], || fs::rename(from, to))
 }
@@ -222,15 +215,15 @@ pub(crate) fn remove(path: &Path) -> io::Result<()> {
 /// Opens a file to read, without waiting for the other end of a pipe.
 ///
 /// # Errors
-/// If it cannot be opened. On Windows the program that writes it may not let others read it: it is tried for two
-/// seconds, then the error names that program.
+/// If it cannot be opened. On Windows the program that writes it may not let others read it: it is tried for
+/// two seconds, then the error names that program.
 pub(crate) fn open_to_read(path: &Path) -> io::Result<File> {
     let open = || without_waiting(File::options().read(true)).open(path);
     retry_while_held(path, &[SHARING_VIOLATION, LOCK_VIOLATION], open)
 }
 
-/// Windows refuses to replace a file that another program has open, if that program does not share it; some file
-/// systems refuse it for every open file. A file that is marked read-only gives the same error.
+/// Windows refuses to replace a file that another program has open and does not share; some file systems
+/// refuse it for every open file. A file that is marked read-only gives the same error.
 const ACCESS_DENIED: i32 = 5;
 /// Another program has the file open and does not share it.
 const SHARING_VIOLATION: i32 = 32;
@@ -282,8 +275,8 @@ impl HeldOpen {
     }
 }
 
-/// A path as people of this system write it: on Windows with `\\` between its parts, and without the `\\\\?\\` that
-/// the system itself puts before resolved paths.
+/// A path as people of this system write it: on Windows with `\` between its parts, and without the `\\?\`
+/// that the system itself puts before resolved paths.
 pub fn path_text(path: impl AsRef<Path>) -> String {
     let text = path.as_ref().display().to_string();
     if cfg!(windows) { windows_text(&text) } else { text }
@@ -312,8 +305,8 @@ pub(crate) fn folded(name: &str) -> Cow<'_, str> {
     }
 }
 
-/// What a name in a folder is known by: on systems that ignore case, an event may spell it differently than the
-/// manifest does.
+/// What a name in a folder is known by: on systems that ignore case, an event may spell it differently than
+/// the manifest does.
 pub(crate) fn name_key(name: &OsStr) -> Cow<'_, OsStr> {
     match name.to_str() {
         Some(text) if cfg!(any(windows, target_vendor = "apple")) => match folded(text) {

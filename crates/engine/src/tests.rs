@@ -25,6 +25,7 @@ mod watch;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
@@ -169,14 +170,23 @@ impl Project {
     }
 
     fn remove(&self, name: &str) {
-        let path = self.path(name);
+        assert!(self.removes(name), "{name} stays");
+    }
+
+    /// Removes a file or folder. Some systems do not remove a folder that is watched.
+    fn removes(&self, name: &str) -> bool {
+        let (path, deadline) = (self.path(name), Instant::now() + Duration::from_secs(5));
         if !path.is_dir() {
-            return platform::remove(&path).unwrap();
+            platform::remove(&path).unwrap();
+            return true;
         }
-        while let Err(error) = std::fs::remove_dir_all(&path) {
-            // A watcher puts back what has gone, and on Windows what is open stays for a moment.
-            assert!(cfg!(windows) && path.exists(), "{error}");
+        // A watcher puts back what has gone, and on Windows what is open stays for a moment.
+        while std::fs::remove_dir_all(&path).is_err() {
+            if cfg!(unix) || Instant::now() > deadline {
+                return false;
+            }
         }
+        true
     }
 
     fn rename(&self, from: &str, to: &str) {

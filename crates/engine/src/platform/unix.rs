@@ -5,16 +5,14 @@ use std::fs::{self, FileType, Metadata, OpenOptions};
 use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
-use super::Identity;
-
 /// The last change of a file's metadata in nanoseconds since 1970, and its number on its drive.
 pub(crate) fn changed(metadata: &Metadata) -> (i64, u64) {
     (metadata.ctime().saturating_mul(1_000_000_000).saturating_add(metadata.ctime_nsec()), metadata.ino())
 }
 
-/// The identity of what is at a path.
-pub(crate) fn identity(_: &Path, metadata: &Metadata) -> Option<Identity> {
-    Some(Identity(metadata.dev(), metadata.ino()))
+/// The drive of what is at a path, and its number there.
+pub(crate) fn identity(_: &Path, metadata: &Metadata) -> Option<(u64, u64)> {
+    Some((metadata.dev(), metadata.ino()))
 }
 
 /// Whether a file has several names (hard links).

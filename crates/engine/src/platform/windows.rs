@@ -6,17 +6,17 @@ use std::path::Path;
 
 use winapi_util::{Handle, file};
 
-use super::{Identity, nanoseconds};
+use crate::timestamp::nanoseconds;
 
 /// The creation of a file in nanoseconds since 1970. Its number on its drive is known only while it is open.
 pub(crate) fn changed(metadata: &Metadata) -> (i64, u64) {
     (metadata.created().map_or(0, nanoseconds), 0)
 }
 
-/// The identity of what is at a path.
-pub(crate) fn identity(path: &Path, _: &Metadata) -> Option<Identity> {
+/// The drive of what is at a path, and its number there.
+pub(crate) fn identity(path: &Path, _: &Metadata) -> Option<(u64, u64)> {
     let information = Handle::from_path_any(path).and_then(file::information).ok()?;
-    Some(Identity(information.volume_serial_number(), information.file_index()))
+    Some((information.volume_serial_number(), information.file_index()))
 }
 
 /// Whether a file has several names (hard links).

@@ -147,8 +147,8 @@ fn old_files_are_compared_by_their_stamps_and_recent_ones_by_their_contents() {
     let stamps =
         || project.read(".specula/journal").lines().filter(|line| line[16..].starts_with(" s ")).count();
     if cfg!(unix) {
-        // Their times of modification are old and recent, but a's metadata changed recently: neither stamp can be
-        // trusted yet.
+        // Their times of modification are old and recent, but a's metadata changed recently: neither stamp
+        // can be trusted yet.
         assert_eq!(stamps(), 0);
         std::thread::sleep(std::time::Duration::from_millis(2100));
         assert!(project.build().contains("0 ran, 8 up to date"));
