@@ -27,11 +27,12 @@ x86_64-w64-mingw32-gcc -O1 -municode -o "$home/interrupt.exe" tests/windows/inte
 export WINEPREFIX=$home/prefix WINEDEBUG=-all
 windows_path() { printf 'Z:%s' "${1//\//\\}"; }
 export WINEPATH=$(windows_path "$home") SPECULA_INTERRUPT=$(windows_path "$home/interrupt.exe")
-[ -d "$WINEPREFIX" ] || "$wine" winecfg -v win10
 # One server for all programs, which would otherwise start and end with each.
 server=$(command -v wineserver || echo /usr/lib/wine/wineserver)
+mkdir -p "$WINEPREFIX"
 "$server" -p
 trap '"$server" -k || true' EXIT
+[ -f "$WINEPREFIX/system.reg" ] || "$wine" winecfg -v win10
 
 export CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=$wine
 # Wine cannot do all that Windows does: tests say what they skip.

@@ -1,5 +1,5 @@
-//! Gives the program of Windows its manifest: paths of any length, and UTF-8 wherever a function of the system
-//! takes text.
+//! Gives the program of Windows its manifest: paths of any length, and UTF-8 wherever a function of the
+//! system takes text.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

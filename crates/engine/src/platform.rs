@@ -193,8 +193,8 @@ fn unescaped(path: &str) -> String {
 /// Renames a file over another (or to a new name) in one step, even while others have the old one open.
 ///
 /// # Errors
-/// If it cannot be renamed. On Windows a program may hold the file in its place: a virus scanner for a moment,
-/// an engine for as long as it runs. The rename is retried for two seconds; then the error names that
+/// If it cannot be renamed. On Windows a program may hold the file in its place: a virus scanner for a
+/// moment, an engine for as long as it runs. The rename is retried for two seconds; then the error names that
 /// program.
 pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
     retry_while_held(to, &[ACCESS_DENIED, SHARING_VIOLATION, LOCK_VIOLATION], || fs::rename(from, to))
