@@ -35,8 +35,8 @@ trap '"$server" -k || true' EXIT
 [ -f "$WINEPREFIX/system.reg" ] || "$wine" winecfg -v win10
 
 export CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=$wine
-# Wine cannot do all that Windows does: tests say what they skip.
-unset SPECULA_REQUIRE
+# Wine cannot do all that Windows does: tests say what they skip. What only tests of Unix use is unused here.
+unset SPECULA_REQUIRE RUSTFLAGS
 # Wine starts programs slowly and most tests wait, so more of them run than there are processors.
 export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc)))}
 tests() { "${cargo[@]}" test "${std[@]}" --target $target --locked --no-fail-fast "$@"; }

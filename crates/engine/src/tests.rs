@@ -194,6 +194,7 @@ impl Project {
         platform::replace(&self.path(from), &self.path(to)).unwrap();
     }
 
+    #[cfg(unix)]
     fn remove_link(&self, name: &str) {
         std::fs::remove_file(self.path(name)).unwrap();
     }

@@ -29,6 +29,7 @@ impl TextKind for Refused {
 }
 
 /// A pause that no test waits for.
+#[cfg(unix)]
 const FOR_EVER: Duration = Duration::from_secs(86_400);
 
 fn failures(events: &[Event]) -> Vec<String> {

@@ -81,6 +81,7 @@ fn failures(events: &[Event]) -> usize {
 }
 
 /// How often the text of `sky` was read without a failure.
+#[cfg(target_os = "linux")]
 fn made(events: &[Event]) -> usize {
     let is =
         |event: &&Event| matches!(event, Event::Finished { item, .. } if item.to_string() == "text [sky]");
