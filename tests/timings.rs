@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use crate::support::Project;
+use crate::support::{Project, assert_has};
 use serde_json::Value;
 
 /// The complete events of a trace, which must be valid for Perfetto.
@@ -124,8 +124,7 @@ fn the_files_are_named_and_written_to_the_given_folder_and_not_published() {
     let project = Project::small();
     let run = project.ok(&["build", "--timings=notes/today", "sh"]);
     for name in ["notes/today/timings.html", "notes/today/timings.json"] {
-        let shown = name.replace('/', std::path::MAIN_SEPARATOR_STR);
-        assert!(run.stderr.contains(&shown), "no {shown} in {}", run.stderr);
+        assert_has(&run.stderr, [name]);
         assert!(project.path(name).exists());
     }
     assert_eq!(project.outputs().into_keys().collect::<Vec<_>>(), ["lighting.json"]);
