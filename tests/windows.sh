@@ -39,7 +39,18 @@ export CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=$wine
 unset SPECULA_REQUIRE RUSTFLAGS
 # Wine starts programs slowly and most tests wait, so more of them run than there are processors.
 export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc)))}
-tests() { "${cargo[@]}" test "${std[@]}" --target $target --locked --no-fail-fast "$@"; }
+# `tests OPTIONS -- FILTERS` runs tests. Now and then Wine cannot start a program ("Internal error"), so what failed is run again, alone.
+tests() {
+    local options=() failed
+    while [ $# -gt 0 ] && [ "$1" != -- ]; do options+=("$1") && shift; done
+    [ $# = 0 ] || shift
+    options=("${cargo[@]}" test "${std[@]}" --target $target --locked --no-fail-fast "${options[@]}" --)
+    "${options[@]}" "$@" 2>&1 | tee "$home/tests.log" && return
+    mapfile -t failed < <(tr -d '\r' <"$home/tests.log" | sed -n 's/^test \(.*\) \.\.\. FAILED$/\1/p' | sort -u)
+    [ ${#failed[@]} -gt 0 ] && [ ${#failed[@]} -lt 10 ] || return 1
+    echo "AGAIN: ${failed[*]}"
+    RUST_TEST_THREADS=1 "${options[@]}" --exact "${failed[@]}"
+}
 
 if [ "${1:-}" = --all ]; then
     # Benchmarks count with what Linux has.
