@@ -55,6 +55,11 @@ tests() {
 if [ "${1:-}" = --all ]; then
     # Benchmarks count with what Linux has.
     tests --workspace --exclude custom-kind --exclude bench
+    # The fixture of `exec` is a script of Unix.
+    SPECULA_DIGESTS_TO=$(windows_path "$home/digests.txt") tests -p stages --test kinds -- \
+        --exact same_bytes::every_kind_makes_the_same_bytes_on_every_machine
+    grep -v '^exec: ' crates/stages/tests/kinds/digests.txt | diff - "$home/digests.txt"
+    echo "Windows makes the same bytes"
     "${cargo[@]}" check "${std[@]}" --target $target --locked -p cli --features window,remote
 else
     # Long tests are shortened or left to --all, and light is computed elsewhere. Those of the watcher ask how long things take, which
