@@ -22,7 +22,7 @@ use unix as system;
 #[cfg(windows)]
 use windows as system;
 
-pub(crate) use system::{can_run, has_other_names, program_endings, type_of, without_waiting};
+pub(crate) use system::{can_run, has_other_names, program_endings, type_of};
 
 /// What the file system knows of a file without reading it: size, times of change in nanoseconds, identity.
 #[repr(C)]
@@ -203,7 +203,8 @@ pub(crate) fn replace(from: &Path, to: &Path) -> io::Result<()> {
 /// Removes a file; it is not an error if it does not exist.
 ///
 /// # Errors
-/// Those of [`replace`].
+/// If it cannot be removed. On Windows a program may hold it: that is tried for two seconds, then the error
+/// names that program.
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
     let held = &[ACCESS_DENIED, SHARING_VIOLATION, LOCK_VIOLATION];
     match retry_while_held(path, held, || fs::remove_file(path)) {
@@ -218,7 +219,7 @@ pub(crate) fn remove(path: &Path) -> io::Result<()> {
 /// If it cannot be opened. On Windows the program that writes it may not let others read it: it is tried for
 /// two seconds, then the error names that program.
 pub(crate) fn open_to_read(path: &Path) -> io::Result<File> {
-    let open = || without_waiting(File::options().read(true)).open(path);
+    let open = || system::without_waiting(File::options().read(true)).open(path);
     retry_while_held(path, &[SHARING_VIOLATION, LOCK_VIOLATION], open)
 }
 

@@ -226,7 +226,7 @@ impl Verifier<'_> {
         let mut ancestry = Ancestry::default();
         ancestry.follow(records, item, &record);
         Some(Verification {
-            file: path_text(file),
+            file: file.display().to_string(),
             digest,
             item: item.map(|item| check.name(item)),
             made: record.started,

@@ -10,8 +10,7 @@ use super::glob::{Glob, is_ignored_file, is_ignored_folder};
 use super::source::{Asset, Source, SourcePath, listed, resolved, unexpanded};
 use crate::kinds::HOW_TO_READ_EXPORTS;
 use crate::manifest::{Diagnostic, Spelling};
-use crate::platform::path_text;
-use crate::storage::{BrokenLink, lies_in};
+use crate::storage::{BrokenLink, lies_in, path_name};
 
 const MAX_FOLDERS: usize = 1 << 16;
 
@@ -353,6 +352,6 @@ impl Source {
 
     /// The exclusion of a path, as it would be written.
     fn exclusion(&self, path: &Path) -> String {
-        format!("!{}", path_text(path.strip_prefix(&self.base).unwrap_or(path)))
+        format!("!{}", path_name(&self.base, path))
     }
 }

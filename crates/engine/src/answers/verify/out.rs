@@ -13,7 +13,6 @@ use crate::event::ItemName;
 use crate::kinds::is_left_out;
 use crate::parallel;
 use crate::plan::{ItemIndex, Plan};
-use crate::platform::path_text;
 use crate::storage::read_file;
 
 /// Which files to verify.
@@ -112,7 +111,7 @@ impl Verifier<'_> {
             self.add_missing(item, files, &mut found);
         }
         for (file, read) in files.elsewhere.iter().zip(self.read_all(&files.elsewhere)) {
-            let name = path_text(file);
+            let name = file.display().to_string();
             match read.map(|read| self.verify(file, &[], &read)) {
                 Ok(Some(verification)) => found.files.push(verification),
                 Ok(None) => found.unknown.push(name),
