@@ -27,6 +27,18 @@ def _folder(variable: str) -> Path:
     return Path(folder) if folder is not None else _skip(f"{variable} is unset")
 
 
+# The stages before those that export.
+GOLD_UNDER_STUDIO = """
+[stage]
+environment = { kind = "import-environment", source = "studio.exr", resolution = 32 }
+lighting = { kind = "project-sh", input = "environment" }
+material = { kind = "import-material", source = "gold.toml" }
+brdf = { kind = "project-brdf", input = "material", degree = [12, 2] }
+reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "brdf" } }
+table = { kind = "tabulate-brdf", input = "material", degree = 2, resolution = 8 }
+"""
+
+
 @pytest.fixture(scope="session")
 def corpus() -> Path:
     """The photographs."""

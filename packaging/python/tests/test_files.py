@@ -9,20 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT, Build
+from conftest import GOLD_UNDER_STUDIO, ROOT, Build
 from safetensors import safe_open
 
 import specula
 
-MANIFEST = """
-[stage]
-environment = { kind = "import-environment", source = "studio.exr", resolution = 32 }
-lighting = { kind = "project-sh", input = "environment" }
-material = { kind = "import-material", source = "gold.toml" }
-brdf = { kind = "project-brdf", input = "material", degree = [12, 2] }
-reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "brdf" } }
-table = { kind = "tabulate-brdf", input = "material", degree = 2, resolution = 8 }
-table_file = { kind = "export-brdf-table", input = "table", path = "table" }
+MANIFEST = GOLD_UNDER_STUDIO + """table_file = { kind = "export-brdf-table", input = "table", path = "table" }
 [stage.sh]
 kind = "export-sh"
 input = "lighting"

@@ -6,17 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from conftest import ROOT, Build
+from conftest import GOLD_UNDER_STUDIO, ROOT, Build
 
-MANIFEST = """
-[stage]
-environment = { kind = "import-environment", source = "studio.exr", resolution = 32 }
-lighting = { kind = "project-sh", input = "environment" }
-material = { kind = "import-material", source = "gold.toml" }
-brdf = { kind = "project-brdf", input = "material", degree = [8, 2] }
-reflection = { kind = "convolve", inputs = { lighting = "lighting", brdf = "brdf" } }
-table = { kind = "tabulate-brdf", input = "material", degree = 2, resolution = 8 }
-table_file = { kind = "export-brdf-table", input = "table", path = "{material}/table" }
+MANIFEST = GOLD_UNDER_STUDIO + """table_file = { kind = "export-brdf-table", input = "table", path = "{material}/table" }
 sh = { kind = "export-sh", input = "lighting", format = "safetensors", path = "{environment}/sh" }
 shrm = { kind = "export-shrm", input = "reflection", resolution = 4, path = "{environment}/{material}/shrm" }
 [stage.map]
