@@ -5,10 +5,11 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
 use sphere::LatLong;
 
 use crate::quadrature::fejer;
-use crate::{Expansion, Sample};
+use crate::{Expansion, ImageRows, Sample, Stop, Stopped, unstopped};
 
 /// The share of energy that may be lost: above 0, below 1.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -67,9 +68,24 @@ pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
 /// assert!((energy[0] - 4.0 * std::f64::consts::PI).abs() < 1e-13);
 /// ```
 pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
-    assert_eq!(pixels.len(), grid.len(), "pixels of the grid");
-    let mut energy = [0.0; 3];
-    for (row, weight) in pixels.chunks_exact(grid.width).zip(fejer(grid.height)) {
+    unstopped(|stop| image_energy_of_rows(grid, pixels, stop))
+}
+
+/// [`image_energy`] of an image whose rows are read a few at a time. `stop` is asked before some of them are
+/// read.
+///
+/// # Errors
+/// If it was stopped.
+///
+/// # Panics
+/// If the number of pixels is not that of the grid, or the grid has no column.
+pub fn image_energy_of_rows<T: Sample>(
+    grid: LatLong,
+    image: &(impl ImageRows<T> + ?Sized),
+    stop: Stop<'_>,
+) -> Result<[f64; 3], Stopped> {
+    assert_eq!(image.pixel_count(), grid.len(), "pixels of the grid");
+    let squares = |row: &[[T; 3]]| {
         let mut sum = [0.0; 3];
         for pixel in row {
             for channel in 0..3 {
@@ -77,11 +93,24 @@ pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
                 sum[channel] += value * value;
             }
         }
+        sum
+    };
+    let at_once = image.rows_at_once();
+    let rows = |scratch: &mut Vec<_>, band: usize| {
+        stop.check()?;
+        let rows = band * at_once..((band + 1) * at_once).min(grid.height);
+        let pixels = image.read_rows(grid.width, rows, scratch);
+        Ok(pixels.chunks_exact(grid.width).map(squares).collect::<Vec<_>>())
+    };
+    let bands = (0..grid.height.div_ceil(at_once)).into_par_iter().map_init(Vec::new, rows);
+    let sums = bands.collect::<Result<Vec<_>, Stopped>>()?;
+    let mut energy = [0.0; 3];
+    for (sum, weight) in sums.into_iter().flatten().zip(fejer(grid.height)) {
         for channel in 0..3 {
             energy[channel] += weight * TAU / grid.width as f64 * sum[channel];
         }
     }
-    energy
+    Ok(energy)
 }
 
 /// The least F whose degrees hold (1 - tolerance) of `total` [Ram02, eq. 5.16]; `None` if all of them

@@ -35,7 +35,9 @@ pub use basis::{Basis, lambda, zonal_into};
 pub use cells::{CellGrid, CellTransform};
 pub use cube_interpolation::interpolate_cube;
 pub use cube_synthesis::synthesise_cube;
-pub use energy::{Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree, image_energy};
+pub use energy::{
+    Tolerance, ToleranceOutOfRange, degree_holding, energy_per_degree, image_energy, image_energy_of_rows,
+};
 pub use exchange::Mean;
 pub use expansion::{Degree, DegreeTooHigh, Expansion};
 pub use half_spaces::{HalfSpace, NearestInHalfSpaces};
@@ -46,7 +48,7 @@ pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
 pub use rectangle::{Parallel, ZoneIntegrals};
 pub use rotation::{rotate, rotate_into, rotate_orders};
 pub use stop::{Stop, Stopped, unstopped};
-pub use transform::{GaussGrid, Grid, Sample, Synthesis, Transform, TransformError};
+pub use transform::{GaussGrid, Grid, ImageRows, Sample, Synthesis, Transform, TransformError};
 pub use window::{Penalty, PenaltyOutOfRange, Window};
 
 /// The revisions of the kernels, for the kinds of stage that call them.

@@ -19,13 +19,13 @@ mod synthesis;
 #[cfg(test)]
 mod tests;
 
-pub use fourier::Sample;
+pub use fourier::{ImageRows, Sample};
 pub use grid::{GaussGrid, Grid};
 pub use plan::TransformError;
 pub use synthesis::Synthesis;
 
 use crate::f64x4::SimdLevel;
-use crate::{Degree, Expansion};
+use crate::{Degree, Expansion, Stop, Stopped, unstopped};
 use analysis::Colatitude;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -97,9 +97,25 @@ impl Transform {
     /// # Panics
     /// If the number of pixels is not that of the grid.
     pub fn analyse<T: Sample>(&self, pixels: &[[T; 3]]) -> Expansion {
+        unstopped(|stop| self.analyse_rows(pixels, stop))
+    }
+
+    /// [`Transform::analyse`] of an image whose rows are read a few at a time. `stop` is asked before some of
+    /// them are read.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    ///
+    /// # Panics
+    /// If the number of pixels is not that of the grid.
+    pub fn analyse_rows<T: Sample>(
+        &self,
+        image: &(impl ImageRows<T> + ?Sized),
+        stop: Stop<'_>,
+    ) -> Result<Expansion, Stopped> {
         let mut expansion = Expansion::zero(self.degree());
-        analysis::analyse_into(self.synthesis.plan(), &self.colatitude, pixels, &mut expansion);
-        expansion
+        analysis::analyse_into(self.synthesis.plan(), &self.colatitude, image, stop, &mut expansion)?;
+        Ok(expansion)
     }
 
     /// The image of an expansion; its degree may be lower than that of the plan.

@@ -5,14 +5,15 @@ use std::f64::consts::TAU;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::fourier::Sample;
+use super::fourier::{FourierScratch, ImageRows, Sample};
 use super::grid::Grid;
 use super::plan::{TransformPlan, Workspace, order_pairs, split};
 use super::resample::{Resample, ResampleScratch};
+use super::spare::InUse;
 use super::sums::{Group, ODD, PARTS, Project};
 use crate::f64x4::{F64x4, LANES, load, store};
 use crate::legendre::LegendreRecurrence;
-use crate::{Expansion, quadrature};
+use crate::{Expansion, Stop, Stopped, quadrature};
 
 /// The rule by which a grid integrates along theta.
 pub(super) enum Colatitude {
@@ -59,17 +60,36 @@ struct AnalysisScratch {
 pub(super) fn analyse_into<T: Sample>(
     plan: &TransformPlan,
     colatitude: &Colatitude,
-    pixels: &[[T; 3]],
+    pixels: &(impl ImageRows<T> + ?Sized),
+    stop: Stop<'_>,
     expansion: &mut Expansion,
-) {
-    assert_eq!(pixels.len(), plan.grid.len(), "the number of pixels is not that of the grid");
+) -> Result<(), Stopped> {
+    assert_eq!(pixels.pixel_count(), plan.grid.len(), "the number of pixels is not that of the grid");
     plan.with_workspace(|workspace| {
         let Workspace { groups, orders } = workspace;
-        let count = plan.degree + 1;
-        groups.par_chunks_mut(count).enumerate().for_each_init(
-            || plan.fourier_scratch.take(),
-            |scratch, (group, output)| plan.fourier.analyse(group, pixels, scratch, output),
-        );
+        let (count, width) = (plan.degree + 1, plan.grid.width());
+        let at_once = pixels.rows_at_once().div_ceil(LANES);
+        let band = |(scratch, bands): &mut (InUse<'_, FourierScratch>, [Vec<_>; 2]),
+                    (band, output): (usize, &mut [Group])| {
+            stop.check()?;
+            let first = band * at_once;
+            let rows = plan.fourier.rows(first..(first + at_once).min(plan.fourier.groups()));
+            let [north, south] = bands;
+            let [at_north, at_south] = rows;
+            let bands = [
+                (at_north.start, pixels.read_rows(width, at_north, north)),
+                (at_south.start, pixels.read_rows(width, at_south, south)),
+            ];
+            for (group, output) in (first..).zip(output.chunks_mut(count)) {
+                plan.fourier.analyse(group, bands, scratch, output);
+            }
+            Ok(())
+        };
+        groups
+            .par_chunks_mut(count * at_once)
+            .enumerate()
+            .map_init(|| (plan.fourier_scratch.take(), Default::default()), band)
+            .collect::<Result<(), Stopped>>()?;
 
         let pairs = order_pairs(plan.degree);
         let lengths = pairs.iter().map(|pair| pair.clone().map(|m| count - m).sum());
@@ -80,7 +100,8 @@ pub(super) fn analyse_into<T: Sample>(
         );
 
         reorder(plan.degree, orders, expansion.coefficients_mut());
-    });
+        Ok(())
+    })
 }
 
 impl AnalysisScratch {

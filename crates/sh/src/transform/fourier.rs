@@ -65,6 +65,37 @@ impl Sample for f64 {
     }
 }
 
+/// An image whose rows are read a few at a time, such as one that is compressed.
+pub trait ImageRows<T>: Sync {
+    /// The number of pixels.
+    fn pixel_count(&self) -> usize;
+
+    /// The number of rows, from each of its multiples on, that cost no more to read than one of them.
+    fn rows_at_once(&self) -> usize;
+
+    /// Some rows of an image of `width` columns, which may be written into `scratch`.
+    fn read_rows<'a>(
+        &'a self,
+        width: usize,
+        rows: Range<usize>,
+        scratch: &'a mut Vec<[T; 3]>,
+    ) -> &'a [[T; 3]];
+}
+
+impl<T: Sample> ImageRows<T> for [[T; 3]] {
+    fn pixel_count(&self) -> usize {
+        self.len()
+    }
+
+    fn rows_at_once(&self) -> usize {
+        1
+    }
+
+    fn read_rows<'a>(&'a self, width: usize, rows: Range<usize>, _: &'a mut Vec<[T; 3]>) -> &'a [[T; 3]] {
+        &self[rows.start * width..rows.end * width]
+    }
+}
+
 /// The Fourier transform of one grid's rows for m = 0 ..= degree.
 pub(crate) struct Fourier {
     level: SimdLevel,
@@ -94,12 +125,25 @@ impl Fourier {
         Self { level, width, height, fft: Fft::new(level, width), turns }
     }
 
+    /// The number of groups of four pairs of rows.
+    pub(crate) fn groups(&self) -> usize {
+        self.height.div_ceil(2).div_ceil(LANES)
+    }
+
+    /// The northern rows of some groups and their mirrors, which [`Fourier::analyse`] needs.
+    pub(crate) fn rows(&self, groups: Range<usize>) -> [Range<usize>; 2] {
+        let north = groups.start * LANES..(groups.end * LANES).min(self.height.div_ceil(2));
+        let south = self.height - north.end..self.height - north.start;
+        [north, south]
+    }
+
     /// Sums over the columns of the pairs 4 `group` .. 4 `group` + 4: `output[m]` gets E and O of every
-    /// channel.
+    /// channel. `bands` are the first row and the pixels of a band in the north and one in the south that
+    /// have these rows.
     pub(crate) fn analyse<T: Sample>(
         &self,
         group: usize,
-        pixels: &[[T; 3]],
+        bands: [(usize, &[[T; 3]]); 2],
         scratch: &mut FourierScratch,
         output: &mut [Group],
     ) {
@@ -109,7 +153,9 @@ impl Fourier {
             let row = |lane: usize| {
                 let north = group * LANES + lane;
                 let counts = 2 * north + part < height;
-                let row = if part == 0 || !counts { north.min(height - 1) } else { height - 1 - north };
+                let north = north.min(height.div_ceil(2) - 1);
+                let (first, pixels) = bands[part];
+                let row = if part == 0 { north } else { height - 1 - north } - first;
                 (&pixels[row * width..][..width], counts)
             };
             let rows: [_; LANES] = std::array::from_fn(row);
