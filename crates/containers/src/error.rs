@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use sh::Stopped;
+
 /// The kind of an error: of the bytes, or of the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -26,6 +28,8 @@ pub enum ErrorKind {
     NoSuchMaterial,
     /// The value cannot be written in this format.
     Unwritable,
+    /// The reading was stopped by its caller.
+    Stopped,
 }
 
 /// Why bytes could not be read or written: a kind, what happened and, outermost first, where.
@@ -39,6 +43,10 @@ pub struct Error {
 impl Error {
     pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self { kind, message: message.into(), context: Vec::new() }
+    }
+
+    pub(crate) fn stopped(stopped: Stopped) -> Self {
+        Self::new(ErrorKind::Stopped, stopped.to_string())
     }
 
     pub(crate) fn truncated(message: impl Into<String>) -> Self {

@@ -1,6 +1,7 @@
 //! Pictures of light: what is read of each format, how its colours and directions are meant, and what is
 //! written.
 
+mod block_writer;
 pub(crate) mod chromaticity;
 mod cicp;
 mod codec;
@@ -77,4 +78,4 @@ pub use png::{write_apng, write_png};
 pub use radiance::write_rgbe;
 pub(crate) use raster::Raster;
 pub use read_exr_layers::read_exr_layers;
-pub use read_image::read_image;
+pub use read_image::{read_image, read_image_until};

@@ -50,7 +50,7 @@ pub use format::Format;
 pub use images::{
     ColourSpace, DataTexture, Decoded, Encoded, ExrLayers, ImageHeader, OpenExrEnvmap, Panorama, ReadOptions,
     Shows, declares_high_dynamic_range, decoder_level, read_exr_layers, read_image, read_image_header,
-    write_apng, write_exr, write_exr_layers, write_exr_rgba, write_png, write_rgbe,
+    read_image_until, write_apng, write_exr, write_exr_layers, write_exr_rgba, write_png, write_rgbe,
 };
 pub use light_texture::{LightTexture, is_light_texture, read_light_texture};
 pub use limits::MAX_PIXELS;

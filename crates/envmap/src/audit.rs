@@ -59,29 +59,36 @@ pub fn audit(image: &Image, coverage: impl Into<Coverage>) -> Result<PixelAudit,
     let coverage = coverage.into();
     coverage.check(image)?;
     let mut audit = PixelAudit::default();
-    for (index, pixel) in image.pixels().iter().enumerate() {
-        // A good value needs only this comparison.
-        if pixel.iter().all(|value| (0.0..=f32::MAX).contains(value)) {
-            continue;
-        }
-        let (row, column) = (index / image.width(), index % image.width());
-        let Some(direction) = coverage.direction(image, row, column) else { continue };
-        for (channel, value) in pixel.iter().enumerate() {
-            let finding = if value.is_nan() {
-                &mut audit.nan
-            } else if value.is_infinite() {
-                &mut audit.infinite
-            } else if *value < 0.0 {
-                &mut audit.negative
-            } else {
-                continue;
-            };
-            let face = coverage.face(image, row, column);
-            let row = if coverage == Coverage::Whole(Layout::Cube) { row % image.width() } else { row };
-            let first = Place { face, row, column, channel, direction };
-            finding.get_or_insert(Finding { count: 0, first }).count += 1;
-        }
-    }
+    let stored = image.stored();
+    stored.visit_blocks(
+        |block| !stored.is_clean(block),
+        |first, pixels| {
+            for (index, pixel) in pixels.iter().enumerate() {
+                // A good value needs only this comparison.
+                if pixel.iter().all(|value| (0.0..=f32::MAX).contains(value)) {
+                    continue;
+                }
+                let (row, column) = (first + index / image.width(), index % image.width());
+                let Some(direction) = coverage.direction(image, row, column) else { continue };
+                for (channel, value) in pixel.iter().enumerate() {
+                    let finding = if value.is_nan() {
+                        &mut audit.nan
+                    } else if value.is_infinite() {
+                        &mut audit.infinite
+                    } else if *value < 0.0 {
+                        &mut audit.negative
+                    } else {
+                        continue;
+                    };
+                    let face = coverage.face(image, row, column);
+                    let row =
+                        if coverage == Coverage::Whole(Layout::Cube) { row % image.width() } else { row };
+                    let first = Place { face, row, column, channel, direction };
+                    finding.get_or_insert(Finding { count: 0, first }).count += 1;
+                }
+            }
+        },
+    );
     if audit.negative.is_some() {
         audit.negative_share = negative_share(image, coverage);
     }
@@ -94,17 +101,22 @@ fn negative_share(image: &Image, coverage: Coverage) -> f64 {
     let width = image.width();
     let (mut negative, mut all) = (0.0, 0.0);
     let mut angle = 0.0;
-    for (index, pixel) in image.pixels().iter().enumerate() {
-        let (row, column) = (index / width, index % width);
-        if coverage != Coverage::Whole(Layout::LatLong) || column == 0 {
-            angle = coverage.solid_angle(image, row, column);
-        }
-        for value in pixel.iter().filter(|value| value.is_finite()) {
-            let value = f64::from(*value);
-            negative += angle * (-value).max(0.0);
-            all += angle * value.abs();
-        }
-    }
+    image.stored().visit_blocks(
+        |_| true,
+        |first, pixels| {
+            for (index, pixel) in pixels.iter().enumerate() {
+                let (row, column) = (first + index / width, index % width);
+                if coverage != Coverage::Whole(Layout::LatLong) || column == 0 {
+                    angle = coverage.solid_angle(image, row, column);
+                }
+                for value in pixel.iter().filter(|value| value.is_finite()) {
+                    let value = f64::from(*value);
+                    negative += angle * (-value).max(0.0);
+                    all += angle * value.abs();
+                }
+            }
+        },
+    );
     if all > 0.0 { negative / all } else { 0.0 }
 }
 
@@ -116,7 +128,7 @@ fn negative_share(image: &Image, coverage: Coverage) -> f64 {
 /// # Errors
 /// The errors of [`audit`], and [`Error::BadPixels`] if a value is bad and the policy refuses it.
 pub fn repair(
-    mut image: Image,
+    image: Image,
     coverage: impl Into<Coverage>,
     policy: BadPixels,
 ) -> Result<(Image, PixelAudit), Error> {
@@ -130,24 +142,31 @@ pub fn repair(
     } else {
         0.0
     };
-    for value in image.pixels_mut().as_flattened_mut() {
-        if !(0.0..=f32::MAX).contains(value) {
-            *value = if *value == f32::INFINITY { bright } else { 0.0 };
+    let replace = |_: usize, pixels: &mut [[f32; 3]]| {
+        for value in pixels.as_flattened_mut() {
+            if !(0.0..=f32::MAX).contains(value) {
+                *value = if *value == f32::INFINITY { bright } else { 0.0 };
+            }
         }
-    }
-    Ok((image, found))
+    };
+    Ok((image.changed(replace), found))
 }
 
 /// The largest finite value of the pixels that are used, or 0.
 fn largest_finite(image: &Image, coverage: Coverage) -> f32 {
     let mut largest = 0.0;
-    for (index, pixel) in image.pixels().iter().enumerate() {
-        let brightest = pixel.iter().copied().filter(|value| value.is_finite()).fold(0.0, f32::max);
-        let (row, column) = (index / image.width(), index % image.width());
-        if brightest > largest && coverage.direction(image, row, column).is_some() {
-            largest = brightest;
-        }
-    }
+    image.stored().visit_blocks(
+        |_| true,
+        |first, pixels| {
+            for (index, pixel) in pixels.iter().enumerate() {
+                let brightest = pixel.iter().copied().filter(|value| value.is_finite()).fold(0.0, f32::max);
+                let (row, column) = (first + index / image.width(), index % image.width());
+                if brightest > largest && coverage.direction(image, row, column).is_some() {
+                    largest = brightest;
+                }
+            }
+        },
+    );
     largest
 }
 

@@ -7,6 +7,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use rayon::prelude::*;
+
 use crate::texels::Texels;
 
 /// A bright texel is this many times brighter than the mean of the 5 x 5 pixels around it that the layout
@@ -35,34 +37,35 @@ impl BrightTexels {
     pub(crate) fn find<T: Texels>(picture: T, width: usize, pixels: &[[f32; 3]]) -> Self {
         let height = pixels.len() / width;
         // The brightness, and 1 for a pixel that the layout uses.
-        let weighed: Vec<[f32; 2]> = (pixels.iter().enumerate())
-            .map(|(texel, &[r, g, b])| match picture.uses(texel) {
-                true => [r.abs() + g.abs() + b.abs(), 1.0],
-                false => [0.0, 0.0],
-            })
-            .collect();
+        let weighed = |texel: usize| match picture.uses(texel) {
+            true => [pixels[texel].iter().fold(0.0, |sum, value| sum + value.abs()), 1.0],
+            false => [0.0, 0.0],
+        };
         let mut is_bright = vec![false; pixels.len()];
-        let mut texels = Vec::new();
-        let mut columns = vec![[0.0; 2]; width];
-        for row in 0..height {
-            columns.fill([0.0; 2]);
+        let bright_of_row = |columns: &mut Vec<[f32; 2]>, (row, is_bright): (usize, &mut [bool])| {
+            columns.clear();
+            columns.resize(width, [0.0; 2]);
             for near in row.saturating_sub(2)..(row + 3).min(height) {
-                for (sum, value) in columns.iter_mut().zip(&weighed[near * width..]) {
+                for (column, sum) in columns.iter_mut().enumerate() {
+                    let value = weighed(near * width + column);
                     *sum = [sum[0] + value[0], sum[1] + value[1]];
                 }
             }
-            for column in 0..width {
+            for (column, is_bright) in is_bright.iter_mut().enumerate() {
                 let near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
                 let [light, count] =
                     near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
-                let texel = row * width + column;
                 // light / count is the mean; unused pixels are 0, so that they are never brighter.
-                if weighed[texel][0] * count > BRIGHTER * light {
-                    is_bright[texel] = true;
-                    texels.push(texel);
-                }
+                *is_bright = weighed(row * width + column)[0] * count > BRIGHTER * light;
             }
-        }
+        };
+        is_bright.par_chunks_mut(width).enumerate().for_each_init(Vec::new, bright_of_row);
+        let texels: Vec<usize> = is_bright
+            .iter()
+            .enumerate()
+            .filter(|(_, is_bright)| **is_bright)
+            .map(|(texel, _)| texel)
+            .collect();
         if texels.is_empty() {
             is_bright = Vec::new();
         }

@@ -1,8 +1,10 @@
 //! Distant light as an image on the sphere.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use sh::{Stop, Stopped, unstopped};
+use sh::{ImageRows, Stop, Stopped, unstopped};
 use sphere::{AngularProbe, Cube, Direction, LatLong, MirrorBall, OpenExrCube, OpenExrLatLong, Rotation};
 
 use crate::area;
@@ -15,6 +17,7 @@ use crate::image::Image;
 use crate::lat_long_on_cube::LatLongOnCube;
 use crate::layout::Layout;
 use crate::part::Part;
+use crate::pixels::{CodedRows, Pixels, block_count, block_rows};
 use crate::resample::{OnCanvas, resample, resample_points};
 use crate::texels::{Texels, Turned};
 
@@ -24,14 +27,26 @@ use crate::texels::{Texels, Turned};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     grid: LatLong,
-    pixels: Vec<[f32; 3]>,
+    pixels: Pixels,
 }
 
 impl Environment {
     /// An environment; `None` if the number of pixels is not that of the grid, or a value is not finite.
     pub fn new(grid: LatLong, pixels: Vec<[f32; 3]>) -> Option<Self> {
         let fits = grid.width.checked_mul(grid.height) == Some(pixels.len()) && !pixels.is_empty();
-        (fits && pixels.as_flattened().iter().all(|value| value.is_finite())).then_some(Self { grid, pixels })
+        (fits && pixels.as_flattened().iter().all(|value| value.is_finite())).then(|| Self::of(grid, pixels))
+    }
+
+    /// The environment whose rows [`Environment::blocks`] gave; `None` if there are not as many blocks as the
+    /// grid needs, or a value is not finite.
+    pub fn from_blocks(grid: LatLong, blocks: Vec<CodedRows>) -> Option<Self> {
+        let fits = !grid.is_empty() && blocks.len() == block_count(grid.height);
+        (fits && blocks.iter().all(CodedRows::is_finite))
+            .then(|| Self { grid, pixels: Pixels::of_blocks(grid.width, grid.height, blocks) })
+    }
+
+    fn of(grid: LatLong, pixels: Vec<[f32; 3]>) -> Self {
+        Self { grid, pixels: Pixels::new(grid.width, pixels) }
     }
 
     /// The environment that a picture shows, on the lat-long grid `grid`, by default
@@ -71,7 +86,7 @@ impl Environment {
             return Err(Error::BadPixels(Box::new(bad)));
         }
         if layout == Layout::LatLong {
-            let whole = Self { grid: own, pixels: image.into_pixels() };
+            let whole = Self { grid: own, pixels: image.stored().clone() };
             return if grid == own { Ok(whole) } else { whole.resized(grid) };
         }
         let pixels = image.pixels();
@@ -88,7 +103,7 @@ impl Environment {
                 resample(cube, cube.edge, &faces.gather(pixels), &canvas)
             }
         };
-        Ok(Self { grid, pixels })
+        Ok(Self::of(grid, pixels))
     }
 
     /// The environment that a picture of a part of the sphere shows, completed by `fill`, on the lat-long
@@ -122,12 +137,12 @@ impl Environment {
             return Err(Error::BadPixels(Box::new(bad)));
         }
         if let Some(corner) = part.aligned() {
-            let whole = Self { grid: own, pixels: placed(image, part, fill, own, corner) };
+            let whole = Self::of(own, placed(image, part, fill, own, corner));
             return if grid == own { Ok(whole) } else { whole.resized(grid) };
         }
         let width = image.width();
         let (completed, pixels) = Completed::new(image, part, fill);
-        Ok(Self { grid, pixels: resample(completed, width, &pixels, &LatLongCanvas::new(grid)) })
+        Ok(Self::of(grid, resample(completed, width, &pixels, &LatLongCanvas::new(grid))))
     }
 
     /// The environment of a cube map, resampled as by [`Environment::from_image`].
@@ -137,7 +152,7 @@ impl Environment {
     pub fn from_cube_map(map: &CubeMap, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
         let pixels = resample(map.cube(), map.cube().edge, map.pixels(), &LatLongCanvas::new(grid));
-        Ok(Self { grid, pixels })
+        Ok(Self::of(grid, pixels))
     }
 
     /// The environment on a cube of any size: the mean over each texel of the bilinearly interpolated image,
@@ -150,7 +165,7 @@ impl Environment {
         checked(LatLong { width: edge, height: edge.saturating_mul(6) })?;
         let points = LatLongOnCube::new(self.grid, cube);
         let pixels =
-            unstopped(|stop| resample_points(self.grid, self.grid.width, &self.pixels, &points, stop));
+            unstopped(|stop| resample_points(self.grid, self.grid.width, self.pixels(), &points, stop));
         Ok(CubeMap::from_complete(cube, pixels))
     }
 
@@ -159,32 +174,80 @@ impl Environment {
         self.grid
     }
 
-    /// RGB radiance, row by row from the top.
+    /// RGB radiance, row by row from the top. If the environment was imported or read from the cache, its
+    /// rows are decoded at the first call and kept, at 12 bytes for each pixel;
+    /// [`Environment::map_rows`] needs only a few of them at a time.
     pub fn pixels(&self) -> &[[f32; 3]] {
-        &self.pixels
+        self.pixels.whole()
+    }
+
+    /// The results of a function for blocks of rows, in their order. The function gets the first row's number
+    /// and the pixels of some whole rows. It runs on all threads; `stop` is asked before each block.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn map_rows<T: Send>(
+        &self,
+        stop: Stop<'_>,
+        function: impl Fn(usize, &[[f32; 3]]) -> T + Sync,
+    ) -> Result<Vec<T>, Stopped> {
+        self.pixels.map_blocks(stop, function)
+    }
+
+    /// The rows in blocks, compressed without loss: [`CodedRows::HEIGHT`] rows each, but the last.
+    pub fn blocks(&self) -> Vec<CodedRows> {
+        self.pixels.blocks()
+    }
+
+    /// This environment with other values of some texels, which must be finite: numbers of texels, in rising
+    /// order, and their values.
+    pub(crate) fn replaced(&self, texels: &[(u32, [f32; 3])]) -> Self {
+        let width = self.grid.width;
+        let within = |rows: Range<usize>| {
+            let at = |row: usize| texels.partition_point(|(texel, _)| (*texel as usize) < row * width);
+            &texels[at(rows.start)..at(rows.end)]
+        };
+        let is_affected = |block| !within(block_rows(self.grid.height, block)).is_empty();
+        let change = |first: usize, pixels: &mut [[f32; 3]]| {
+            for (texel, value) in within(first..first + pixels.len() / width) {
+                pixels[*texel as usize - first * width] = *value;
+            }
+        };
+        Self { grid: self.grid, pixels: self.pixels.clone().changed(is_affected, change) }
     }
 
     /// Radiance in a direction, interpolated bilinearly between the four nearest texels, also across the seam
     /// and the poles.
     pub fn radiance(&self, direction: Direction) -> [f64; 3] {
-        self.grid.taps(direction).blend(&self.pixels)
+        self.grid.taps(direction).blend(self.pixels())
     }
 
     /// The integral of radiance over the sphere, in the unit of radiance times sr.
     pub fn integral(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for (row, pixels) in self.pixels.chunks(self.grid.width).enumerate() {
-            let mut of_row = [0.0; 3];
-            for pixel in pixels {
-                for channel in 0..3 {
-                    of_row[channel] += f64::from(pixel[channel]);
+        unstopped(|stop| self.integral_until(stop))
+    }
+
+    /// [`Environment::integral`], unless it is stopped.
+    pub(crate) fn integral_until(&self, stop: Stop<'_>) -> Result<[f64; 3], Stopped> {
+        let of_rows = self.map_rows(stop, |_, pixels| {
+            let of_row = |pixels: &[[f32; 3]]| {
+                let mut of_row = [0.0; 3];
+                for pixel in pixels {
+                    for channel in 0..3 {
+                        of_row[channel] += f64::from(pixel[channel]);
+                    }
                 }
-            }
+                of_row
+            };
+            pixels.chunks(self.grid.width).map(of_row).collect::<Vec<_>>()
+        })?;
+        let mut sum = [0.0; 3];
+        for (row, of_row) in of_rows.into_iter().flatten().enumerate() {
             for channel in 0..3 {
                 sum[channel] += of_row[channel] * self.grid.solid_angle(row);
             }
         }
-        sum
+        Ok(sum)
     }
 
     /// Multiplies radiance by 2^stops; `None` if a value becomes infinite.
@@ -194,8 +257,20 @@ impl Environment {
 
     /// Multiplies red, green and blue by these factors; `None` if a value becomes infinite.
     pub fn multiplied(&self, factors: [f64; 3]) -> Option<Self> {
-        let product = |pixel: &[f32; 3]| [0, 1, 2].map(|c| (f64::from(pixel[c]) * factors[c]) as f32);
-        Self::new(self.grid, self.pixels.iter().map(product).collect())
+        if factors == [1.0; 3] {
+            return Some(self.clone());
+        }
+        let all_finite = AtomicBool::new(true);
+        let multiply = |_: usize, pixels: &mut [[f32; 3]]| {
+            for pixel in pixels.iter_mut() {
+                *pixel = [0, 1, 2].map(|c| (f64::from(pixel[c]) * factors[c]) as f32);
+            }
+            if !pixels.as_flattened().iter().all(|value| value.is_finite()) {
+                all_finite.store(false, Ordering::Relaxed);
+            }
+        };
+        let pixels = self.pixels.clone().changed(|_| true, multiply);
+        all_finite.into_inner().then_some(Self { grid: self.grid, pixels })
     }
 
     /// The light turned by an active rotation R: the result at w is this environment at R^-1 w, on the same
@@ -212,15 +287,15 @@ impl Environment {
     pub fn rotated(&self, rotation: Rotation, stop: Stop<'_>) -> Result<Self, Stopped> {
         let grid = self.grid;
         if let Some(shift) = whole_columns(rotation, grid.width) {
-            let mut pixels = self.pixels.clone();
+            let mut pixels = self.pixels().to_vec();
             // A positive yaw turns +X (the centre) toward +Y (the left quarter).
             pixels.chunks_mut(grid.width).for_each(|row| row.rotate_left(shift));
-            return Ok(Self { grid, pixels });
+            return Ok(Self::of(grid, pixels));
         }
         let (picture, canvas) = (Turned::new(grid, rotation), &LatLongCanvas::new(grid));
         let points = OnCanvas { picture, canvas };
-        let pixels = resample_points(picture, grid.width, &self.pixels, &points, stop)?;
-        Ok(Self { grid, pixels })
+        let pixels = resample_points(picture, grid.width, self.pixels(), &points, stop)?;
+        Ok(Self::of(grid, pixels))
     }
 
     /// The means over the texels of a coarser grid, by exact solid angles: the integral over the sphere is
@@ -232,7 +307,7 @@ impl Environment {
     /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
     pub fn downsampled(&self, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
-        Ok(Self { grid, pixels: area::means(self.grid, &self.pixels, grid) })
+        Ok(Self::of(grid, area::means(self.grid, self.pixels(), grid)))
     }
 
     /// Returns the same light on another grid: by [`Environment::downsampled`] if each new texel consists of
@@ -245,8 +320,27 @@ impl Environment {
         if self.grid.width.is_multiple_of(grid.width) && self.grid.height.is_multiple_of(grid.height) {
             return self.downsampled(grid);
         }
-        let pixels = resample(self.grid, self.grid.width, &self.pixels, &LatLongCanvas::new(grid));
-        Ok(Self { grid, pixels })
+        let pixels = resample(self.grid, self.grid.width, self.pixels(), &LatLongCanvas::new(grid));
+        Ok(Self::of(grid, pixels))
+    }
+}
+
+impl ImageRows<f32> for Environment {
+    fn pixel_count(&self) -> usize {
+        self.grid.len()
+    }
+
+    fn rows_at_once(&self) -> usize {
+        CodedRows::HEIGHT
+    }
+
+    fn read_rows<'a>(
+        &'a self,
+        _: usize,
+        rows: Range<usize>,
+        scratch: &'a mut Vec<[f32; 3]>,
+    ) -> &'a [[f32; 3]] {
+        self.pixels.rows(rows, scratch)
     }
 }
 

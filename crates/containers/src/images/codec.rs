@@ -3,6 +3,8 @@
 
 use std::io::{BufRead, Seek};
 
+use sh::Stop;
+
 use super::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
 use super::panorama::Panorama;
 use crate::error::Error;
@@ -29,7 +31,7 @@ pub(crate) struct Codec {
     /// Whether a file can have layers, of which [`ReadOptions`] may name one.
     pub(crate) has_layers: bool,
     /// Reads a whole file. Its errors do not name the format.
-    pub(crate) read: fn(&[u8], &ReadOptions) -> Result<Decoded, Error>,
+    pub(crate) read: fn(&[u8], &ReadOptions, Stop<'_>) -> Result<Decoded, Error>,
     /// Reads the header of a file at its beginning, whose length in bytes is given, and refuses nothing that
     /// `read` accepts.
     pub(crate) header: fn(&mut dyn OpenFile, usize, &ReadOptions) -> Result<HeaderFacts, Error>,

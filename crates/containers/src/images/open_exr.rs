@@ -4,6 +4,7 @@ mod guard;
 mod layer;
 mod read;
 mod subsampled;
+mod window;
 mod write;
 
 use super::codec::{Codec, HeaderFacts, KnownBy};

@@ -31,6 +31,18 @@ impl OutsideGamut {
         }
     }
 
+    /// These pixels and those of another part of the picture.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            pixels: self.pixels + other.pixels,
+            of: self.of + other.of,
+            luminance: self.luminance + other.luminance,
+            all_luminance: self.all_luminance + other.all_luminance,
+            moved: self.moved + other.moved,
+            light: self.light + other.light,
+        }
+    }
+
     /// A sentence about these pixels, if there are any.
     fn message(&self) -> Option<String> {
         let percent = |part: f64, whole: f64| percent(if whole > 0.0 { part / whole } else { 0.0 });

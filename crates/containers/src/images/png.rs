@@ -29,7 +29,7 @@ pub(crate) const CODEC: Codec = Codec {
         encoding.is_some_and(|(_, bright)| bright)
     },
     has_layers: false,
-    read: |bytes, options| read(bytes, options.colour_space),
+    read: |bytes, options, _| read(bytes, options.colour_space),
     header: |mut file, length, _| {
         let (_, size) = open(&mut file, length)?;
         Ok(HeaderFacts { size, metadata: metadata(&mut file), ..HeaderFacts::default() })

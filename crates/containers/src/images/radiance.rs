@@ -24,12 +24,16 @@ mod scanlines;
 
 use std::io::{Read, Seek};
 
-use envmap::Image;
+use envmap::{CodedRows, Image};
+use rayon::prelude::*;
+use sh::Stop;
 
+use super::block_writer::{BlockWriter, Patch};
 use super::chromaticity::Chromaticities;
 use super::codec::{Codec, HeaderFacts, KnownBy};
 use super::colour_space::ColourSpace;
 use super::decoded::{Decoded, Encoded};
+use super::outside_gamut::OutsideGamut;
 use super::panorama::Panorama;
 use super::{chromaticity, radiance_view};
 use crate::error::{Error, ErrorKind};
@@ -46,7 +50,7 @@ pub(crate) const CODEC: Codec = Codec {
     high_dynamic_range: true,
     declares_high_dynamic_range: |_| false,
     has_layers: false,
-    read: |bytes, options| read(bytes, options.colour_space),
+    read: |bytes, options, stop| read(bytes, options.colour_space, stop),
     header: |mut file, _, _| {
         let (size, panorama) = header(&mut file)?;
         Ok(HeaderFacts { size, panorama, ..HeaderFacts::default() })
@@ -54,46 +58,90 @@ pub(crate) const CODEC: Codec = Codec {
     recipe: read_recipe,
 };
 
-fn read(bytes: &[u8], wanted: Option<ColourSpace>) -> Result<Decoded, Error> {
+fn read(bytes: &[u8], wanted: Option<ColourSpace>, stop: Stop<'_>) -> Result<Decoded, Error> {
     let (header, rest) = RadianceHeader::parse(bytes)?;
     let mut input = Input(rest);
     let scan = Scan::parse(input.line()?)?;
-    let count = limits::pixels(scan.width, scan.height)?;
-
-    let mut scanlines = Vec::new();
-    let mut line = vec![[0; 4]; scan.line_length()];
-    for index in 0..scan.line_count() {
-        read_scanline(&mut input, &mut line).map_err(|error| error.within(format!("scanline {index}")))?;
-        // Rows are kept as they come, so that memory follows the data and not the header.
-        scanlines.extend_from_slice(&line);
+    limits::pixels(scan.width, scan.height)?;
+    let declared = header.chromaticities.map(|declared| ("the header", declared));
+    let (mut about_colours, mut notes) = (Vec::new(), Vec::new());
+    let matrix = ColourSpace::chosen(wanted, declared, &mut about_colours).map(Chromaticities::to_rec_709);
+    let finish = |pixels: &mut [[f32; 3]]| match matrix {
+        Some(Some(matrix)) => chromaticity::apply(matrix, pixels),
+        _ => OutsideGamut::default(),
+    };
+    let (image, outside) = read_pixels(&mut input, &scan, header.divisor, finish, stop)?;
+    match matrix {
+        None => {}
+        Some(Some(_)) => outside.report(&mut about_colours, &mut notes),
+        Some(None) => about_colours.push("PRIMARIES span no colour space and were ignored".into()),
     }
-
-    let divisor = header.divisor;
-    let mut pixels = vec![[0.0; 3]; count];
-    for (index, rgbe) in scanlines.iter().enumerate() {
-        let (line, position) = (index / scan.line_length(), index % scan.line_length());
-        let decoded = decode(*rgbe);
-        pixels[scan.target(line, position)] = [0, 1, 2].map(|c| (decoded[c] / divisor[c]) as f32);
-    }
-    let image = Image::new(scan.width, scan.height, pixels)
-        .ok_or_else(|| Error::damaged("the pixels do not fill the declared size"))?;
     let mut decoded = Decoded::new(Format::Radiance, image);
     (decoded.warnings, decoded.recipe) = (header.warnings, header.recipe);
+    decoded.warnings.append(&mut about_colours);
+    decoded.notes = notes;
     let size = [scan.width, scan.height];
     decoded.panorama = header.view.and_then(|view| radiance_view::of_view(&view, size));
-    let declared = header.chromaticities.map(|declared| ("the header", declared));
-    match ColourSpace::chosen(wanted, declared, &mut decoded.warnings).map(Chromaticities::to_rec_709) {
-        None => {}
-        Some(Some(matrix)) => {
-            let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
-            outside.report(&mut decoded.warnings, &mut decoded.notes);
-        }
-        Some(None) => decoded.warnings.push("PRIMARIES span no colour space and were ignored".into()),
-    }
     if !input.0.is_empty() {
         decoded.warnings.push(format!("{} bytes after the last scanline were ignored", input.0.len()));
     }
     Ok(decoded)
+}
+
+/// Pixels that are decoded side by side, about.
+const BATCH: usize = 1 << 21;
+
+/// The picture, whose rows `finish` changes a few at a time.
+fn read_pixels(
+    input: &mut Input<'_>,
+    scan: &Scan,
+    divisor: [f64; 3],
+    finish: impl Fn(&mut [[f32; 3]]) -> OutsideGamut + Sync,
+    stop: Stop<'_>,
+) -> Result<(Image, OutsideGamut), Error> {
+    let units: Vec<f64> = (0..=255).map(|e| math::powi(2.0_f64, e - 128 - 8)).collect();
+    let value = |[r, g, b, e]: [u8; 4]| {
+        let unit = if e == 0 { 0.0 } else { units[usize::from(e)] };
+        let rgb = [r, g, b].map(|mantissa| f64::from(mantissa) * unit);
+        [0, 1, 2].map(|c| (rgb[c] / divisor[c]) as f32)
+    };
+    let damaged = || Error::damaged("the pixels do not fill the declared size");
+    let (width, height, length) = (scan.width, scan.height, scan.line_length());
+    let mut writer = BlockWriter::new(width, height, [0, 0, width as i64, height as i64]);
+    let at_once = BATCH.div_ceil(length.max(1)).next_multiple_of(CodedRows::HEIGHT);
+    // A picture that was scanned by columns is complete only at the end.
+    let mut columns = Vec::new();
+    for first in (0..scan.line_count()).step_by(at_once) {
+        let mut lines = Vec::new();
+        for index in first..(first + at_once).min(scan.line_count()) {
+            stop.check().map_err(Error::stopped)?;
+            let mut line = vec![[0; 4]; length];
+            read_scanline(input, &mut line).map_err(|error| error.within(format!("scanline {index}")))?;
+            lines.push(line);
+        }
+        if !scan.rows {
+            columns.append(&mut lines);
+            continue;
+        }
+        let patch = |(index, mut line): (usize, Vec<[u8; 4]>)| {
+            let row = first + index;
+            let row = if scan.upward { height - 1 - row } else { row };
+            if scan.leftward {
+                line.reverse();
+            }
+            Patch { corner: [0, row as i64], width, pixels: line.into_iter().map(value).collect() }
+        };
+        writer.write(&lines.into_par_iter().enumerate().map(patch).collect::<Vec<_>>(), &finish);
+    }
+    if scan.rows {
+        return writer.into_image(&finish).ok_or_else(damaged);
+    }
+    let mut pixels = vec![[0.0; 3]; width * height];
+    for (index, line) in columns.iter().enumerate() {
+        line.iter().enumerate().for_each(|(at, rgbe)| pixels[scan.target(index, at)] = value(*rgbe));
+    }
+    let outside = finish(&mut pixels);
+    Ok((Image::new(width, height, pixels).ok_or_else(damaged)?, outside))
 }
 
 /// The size of the picture, and what of the sphere it shows.
@@ -160,15 +208,6 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
 
 /// 255 / 256 * 2^127: the largest mantissa of the largest exponent.
 const MAX_RGBE: f64 = 255.0 / 256.0 * f64::from_bits((1023 + 127) << 52);
-
-/// The RGB of a pixel.
-fn decode([r, g, b, e]: [u8; 4]) -> [f64; 3] {
-    if e == 0 {
-        return [0.0; 3];
-    }
-    let unit = math::powi(2.0_f64, i32::from(e) - 128 - 8);
-    [r, g, b].map(|mantissa| f64::from(mantissa) * unit)
-}
 
 /// The pixel of an RGB value that is not NaN.
 fn encode(rgb: [f32; 3]) -> [u8; 4] {
@@ -349,7 +388,7 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8]) -> Result<Decoded, Error> {
-        super::read(bytes, None)
+        super::read(bytes, None, Stop::NEVER)
     }
 
     fn picture(header: &str, resolution: &str, data: &[u8]) -> Vec<u8> {
@@ -474,7 +513,7 @@ mod tests {
     fn writing_is_the_inverse_of_reading_and_counts_negative_values() {
         for e in [1, 2, 100, 128, 200, 255] {
             for m in [128, 200, 255] {
-                let rgb = decode([m, 3, 0, e]).map(|value| value as f32);
+                let rgb = [m, 3, 0].map(|m| (f64::from(m) * 2.0_f64.powi(i32::from(e) - 136)) as f32);
                 assert_eq!(encode(rgb), [m, 3, 0, e], "{rgb:?}");
             }
         }

@@ -1,5 +1,7 @@
 //! Reading a picture of any format.
 
+use sh::Stop;
+
 use super::decoded::{Decoded, ReadOptions};
 use super::recognition::identify;
 use crate::error::Error;
@@ -14,8 +16,10 @@ use crate::error::Error;
 /// stored: judging them is up to the caller. Of several frames, the first is read, and of a TIFF's pages the
 /// largest. Pictures are turned upright as Exif and TIFF say.
 ///
-/// Memory: 12 bytes for each pixel of the result, about as much more while it is decoded (twice with 64 bits
-/// in a sample), and the compressed blocks in work. The result has at most [`crate::limits::MAX_PIXELS`], and
+/// Memory: pictures of OpenEXR and Radiance consist of blocks of rows, which are compressed without loss as
+/// soon as they are decoded, to less than the file as a rule ([`envmap::Image::rows`]). Other formats, and luminance
+/// and chroma, take 12 bytes for each pixel of the result, and about as much more while they are decoded
+/// (twice with 64 bits in a sample). The result has at most [`crate::limits::MAX_PIXELS`], and
 /// a header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
 /// any length can hold any picture.
 ///
@@ -34,8 +38,16 @@ use crate::error::Error;
 /// # Ok::<(), containers::Error>(())
 /// ```
 pub fn read_image(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
+    read_image_until(bytes, options, Stop::NEVER)
+}
+
+/// [`read_image`], which asks `stop` before each of the blocks of an OpenEXR or Radiance picture.
+///
+/// # Errors
+/// The errors of [`read_image`], and [`crate::ErrorKind::Stopped`].
+pub fn read_image_until(bytes: &[u8], options: &ReadOptions, stop: Stop<'_>) -> Result<Decoded, Error> {
     let codec = identify(bytes)?.codec();
-    let mut decoded = (codec.read)(bytes, options).map_err(|error| error.within(codec.name))?;
+    let mut decoded = (codec.read)(bytes, options, stop).map_err(|error| error.within(codec.name))?;
     decoded.high_dynamic_range |= codec.high_dynamic_range;
     if !decoded.high_dynamic_range {
         let encoding = match &decoded.profile {

@@ -20,7 +20,7 @@ pub(crate) const CODEC: Codec = Codec {
     high_dynamic_range: false,
     declares_high_dynamic_range: |_| false,
     has_layers: false,
-    read: |bytes, options| read(bytes, options.colour_space),
+    read: |bytes, options, _| read(bytes, options.colour_space),
     header: |mut file, length, _| {
         let (_, size) = open(&mut file, length)?;
         Ok(HeaderFacts { size, ..HeaderFacts::default() })

@@ -42,7 +42,7 @@ pub(crate) const CODEC: Codec = Codec {
     high_dynamic_range: false,
     declares_high_dynamic_range: |_| false,
     has_layers: false,
-    read: |bytes, options| read(bytes, options.colour_space),
+    read: |bytes, options, _| read(bytes, options.colour_space),
     header: |mut file, length, _| {
         let page = Page::find(&mut file, length)?;
         let metadata = metadata(&mut file, &page);

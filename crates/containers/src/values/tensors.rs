@@ -7,7 +7,7 @@
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
 //! | `reflection` | `sh` and `rho`, of one degree F; those of its parts; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured; `base_color` [height, width, 3] u8 if previews show a texture | `material`, `base_color` |
-//! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z | |
+//! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z; in the cache `rows` [bytes] u8 ([`encode_environment_rows`]) | in the cache `width`, `height`, `lengths` |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `components` | `components` [K, 6, edge + 2, edge + 2, 3] and `weights` [K, 64, 64] f32; in 8 bits see [`encode_packed_components`]; `lights` as above | `centre`, `components`, `edge`, `frame`, `disc`, `lamps` |
 //! | `prefiltered` | `sh` as above; `level0` [6, edge, edge, 3] f32, `level1` ... | `distribution`; `levels`, JSON: roughness and method of each |
@@ -39,8 +39,9 @@
 use std::collections::BTreeMap;
 
 use brdf::{BrdfCoefficients, Material, Part};
-use envmap::Environment;
+use envmap::{CodedRows, Environment};
 use safetensors::tensor::Dtype;
+use serde_json::json;
 use sh::{Expansion, Lighting};
 use shrm::{Lamps, Reflection};
 use sphere::LatLong;
@@ -59,6 +60,7 @@ mod taps;
 mod transfer;
 
 use crate::error::{Error, ErrorKind};
+use crate::limits;
 use crate::recipe::KEY;
 use file::{TensorFile, Writer, check_finite, colours, wrong_shape};
 
@@ -260,6 +262,45 @@ pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Re
     Ok(file.finish())
 }
 
+/// An environment as the cache has it, which is smaller than the photograph that it was made from: `rows`
+/// [bytes] u8, the blocks of [`Environment::blocks`] one after the other. The metadata have `width`, `height`
+/// and, in JSON, the `lengths` of the blocks in bytes.
+pub fn encode_environment_rows(environment: &Environment) -> Vec<u8> {
+    let LatLong { width, height } = environment.grid();
+    let blocks = environment.blocks();
+    let lengths: Vec<usize> = blocks.iter().map(|block| block.bytes().len()).collect();
+    let mut file = Writer::new("environment", None);
+    file.entry("width", width.to_string());
+    file.entry("height", height.to_string());
+    file.entry("lengths", json!(lengths).to_string());
+    file.tensor_of_bytes("rows", lengths.iter().sum());
+    file.finish_with(blocks.iter().map(CodedRows::bytes))
+}
+
+/// The environment of a file that [`encode_environment_rows`] wrote.
+fn environment_of_rows(file: &TensorFile<'_>) -> Result<Environment, Error> {
+    let entry = |key: &str| {
+        let text = file.metadata.get(key).map_or("", String::as_str);
+        text.parse::<usize>().map_err(|_| Error::damaged(format!("metadata `{key}`: expected a number")))
+    };
+    let (width, height) = (entry("width")?, entry("height")?);
+    limits::pixels(width, height)?;
+    let lengths = file.metadata.get("lengths").and_then(|text| serde_json::from_str::<Vec<usize>>(text).ok());
+    let lengths = lengths.ok_or_else(|| Error::damaged("metadata `lengths`: expected numbers"))?;
+    let tensor = file.tensor("rows", Dtype::U8, "[bytes]")?;
+    let mut rest = tensor.data();
+    let mut blocks = Vec::with_capacity(lengths.len().min(height));
+    let wrong = || Error::damaged(format!("tensor `rows`: expected {width} x {height} pixels in blocks"));
+    for (index, length) in lengths.into_iter().enumerate() {
+        let (block, after) = rest.split_at_checked(length).ok_or_else(wrong)?;
+        let rows = height.saturating_sub(index * CodedRows::HEIGHT).min(CodedRows::HEIGHT);
+        blocks.push(CodedRows::from_bytes(width, rows, block.to_vec()).ok_or_else(wrong)?);
+        rest = after;
+    }
+    let environment = Environment::from_blocks(LatLong { width, height }, blocks);
+    environment.filter(|_| rest.is_empty()).ok_or_else(wrong)
+}
+
 /// An environment, from a file of kind `environment`.
 ///
 /// # Errors
@@ -267,6 +308,9 @@ pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Re
 pub fn decode_environment(bytes: &[u8]) -> Result<Environment, Error> {
     const NAME: &str = "radiance";
     let file = TensorFile::open_as(bytes, "environment")?;
+    if file.has("rows") {
+        return environment_of_rows(&file);
+    }
     let tensor = file.tensor(NAME, Dtype::F32, "[height, width, 3]")?;
     let &[height, width, 3] = tensor.shape() else {
         return Err(wrong_shape(NAME, "[height, width, 3]", tensor.shape()));

@@ -184,7 +184,7 @@ impl Kind for Exec {
     type Parameters = Parameters;
 
     const NAME: &'static str = "exec";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const RUNS_PROGRAMS: bool = true;
     const TEXT: &'static str = include_str!("exec.rs");
 

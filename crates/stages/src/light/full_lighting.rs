@@ -14,7 +14,8 @@ pub(crate) const MAX_UNCUT_DEGREE: usize = 255;
 pub(crate) fn full(environment: &Environment, reporter: &Reporter) -> Result<sh::Lighting, Failure> {
     let separated = reporter.until_stopped(|stop| environment.separate_lamps(stop))?;
     let degree = highest_degree(environment.grid()).min(Degree::new(MAX_UNCUT_DEGREE)?);
-    let series = Transform::new(environment.grid(), degree)?.analyse(separated.soft.pixels());
+    let transform = Transform::new(environment.grid(), degree)?;
+    let series = reporter.until_stopped(|stop| transform.analyse_rows(&separated.soft, stop))?;
     Ok(sh::Lighting { series, lights: separated.lights })
 }
 

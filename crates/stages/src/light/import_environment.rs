@@ -206,7 +206,7 @@
 use std::path::Path;
 
 use containers::{
-    Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, read_image, read_image_header,
+    Decoded, ImageHeader, LightTexture, ReadOptions, decoder_level, read_image_header, read_image_until,
     read_light_texture,
 };
 use engine::{
@@ -294,7 +294,7 @@ impl Kind for ImportEnvironment {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-environment";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("import_environment.rs");
     const SOURCE: bool = true;
@@ -510,8 +510,13 @@ fn read_header(path: &Path, parameters: &Parameters, files: &ItemFiles<'_>) -> R
 fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
     let reporter = &context.reporter;
     reporter.check_cancelled()?;
-    let decoded = read_image(&context.files.read(path)?, &parameters.options())
-        .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))?;
+    let bytes = context.files.read(path)?;
+    let failed = |failure: Failure| match failure.cancelled {
+        true => failure,
+        false => failure.context(format!("cannot import {}", name(path))),
+    };
+    let options = parameters.options();
+    let decoded = reporter.until_stopped(|stop| read_image_until(&bytes, &options, stop)).map_err(failed)?;
     decoded.warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
     decoded.notes.iter().for_each(|note| reporter.note(format!("{}: {note}", name(path))));
     Ok(decoded)

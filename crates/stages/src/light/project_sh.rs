@@ -85,7 +85,7 @@ use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Re
 use envmap::Environment;
 use sh::{
     CellGrid, CellTransform, Degree, Expansion, Minimum, Penalty, Tolerance, Transform, degree_holding,
-    energy_per_degree, image_energy, minimum, nearest_non_negative, non_negative,
+    energy_per_degree, image_energy_of_rows, minimum, nearest_non_negative, non_negative,
 };
 use sphere::LatLong;
 
@@ -213,10 +213,12 @@ impl Kind for ProjectSh {
                 (&soft, separated.lights)
             }
         };
-        if let Some(text) = lamps_text(&lights, environment.integral().iter().sum()) {
+        if !lights.is_empty()
+            && let Some(text) = lamps_text(&lights, environment.integral().iter().sum())
+        {
             reporter.note(text);
         }
-        let pixels = Pixels { environment, quadrature: parameters.quadrature };
+        let pixels = Pixels { environment, quadrature: parameters.quadrature, reporter };
         let lighting = match (parameters.degree, parameters.tolerance) {
             (OrAuto::Fixed(degree), _) => fixed(&pixels, Degree::new(degree)?, reporter)?,
             (OrAuto::Auto, Some(tolerance)) => least(&pixels, Tolerance::new(tolerance)?, reporter)?,
@@ -264,13 +266,15 @@ impl Kind for ProjectSh {
 struct Pixels<'a> {
     environment: &'a Environment,
     quadrature: Quadrature,
+    reporter: &'a Reporter,
 }
 
 impl Pixels<'_> {
     fn analyse(&self, degree: Degree) -> Result<Expansion, Failure> {
-        let (grid, pixels) = (self.environment.grid(), self.environment.pixels());
+        let grid = self.environment.grid();
         if matches!(self.quadrature, Quadrature::Texels) {
-            let rows = CellTransform::new(CellGrid::lat_long(grid), degree).project(pixels);
+            let transform = CellTransform::new(CellGrid::lat_long(grid), degree);
+            let rows = transform.project(self.environment.pixels());
             return Ok(Expansion::from_coefficients(degree, rows).unwrap_or_else(|| Expansion::zero(degree)));
         }
         let LatLong { width, height } = grid;
@@ -284,20 +288,23 @@ impl Pixels<'_> {
                 ))
                 .help(format!("set degree = {} or less, or import a larger image", highest.get()))
         })?;
-        Ok(transform.analyse(pixels))
+        self.reporter.until_stopped(|stop| transform.analyse_rows(self.environment, stop))
     }
 
     /// The integral of the squared radiance over the sphere, all channels together.
-    fn energy(&self) -> f64 {
-        let (grid, pixels) = (self.environment.grid(), self.environment.pixels());
+    fn energy(&self) -> Result<f64, Failure> {
+        let grid = self.environment.grid();
         if !matches!(self.quadrature, Quadrature::Texels) {
-            return image_energy(grid, pixels).iter().sum();
+            let environment = self.environment;
+            let energy = self.reporter.until_stopped(|stop| image_energy_of_rows(grid, environment, stop))?;
+            return Ok(energy.iter().sum());
         }
+        let pixels = self.environment.pixels();
         let square = |rgb: &[f32; 3]| rgb.iter().map(|value| math::powi(f64::from(*value), 2)).sum::<f64>();
         let row = |(row, pixels): (usize, &[[f32; 3]])| {
             grid.solid_angle(row) * pixels.iter().map(square).sum::<f64>()
         };
-        pixels.chunks_exact(grid.width).enumerate().map(row).sum()
+        Ok(pixels.chunks_exact(grid.width).enumerate().map(row).sum())
     }
 }
 
@@ -305,7 +312,7 @@ impl Pixels<'_> {
 fn fixed(pixels: &Pixels<'_>, degree: Degree, reporter: &Reporter) -> Result<Expansion, Failure> {
     let lighting = pixels.analyse(degree)?;
     let held: f64 = energy_per_degree(&lighting).iter().flatten().sum();
-    let share = energy_share(held, pixels.energy());
+    let share = energy_share(held, pixels.energy()?);
     reporter.note(format!("degree {} holds {share} of the energy", degree.get()));
     Ok(lighting)
 }
@@ -315,7 +322,7 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Resu
     let highest = highest_degree(pixels.environment.grid());
     let whole = pixels.analyse(highest)?;
     let energy: Vec<f64> = energy_per_degree(&whole).iter().map(|rgb| rgb.iter().sum()).collect();
-    let total = pixels.energy();
+    let total = pixels.energy()?;
     let enough = degree_holding(&energy, total, tolerance);
     let degree = enough.map_or(Ok(highest), Degree::new)?;
     let held = energy_share(energy[..=degree.get()].iter().sum(), total);

@@ -112,7 +112,7 @@ impl Kind for Rotate {
     type Parameters = Parameters;
 
     const NAME: &'static str = "rotate";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[sh::revisions::ROTATION, envmap::revisions::RESAMPLING];
     const TEXT: &'static str = include_str!("rotate.rs");
 

@@ -47,7 +47,7 @@ impl Kind for SubtractLights {
     type Parameters = Parameters;
 
     const NAME: &'static str = "subtract-lights";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[envmap::revisions::WITHOUT_LIGHTS];
     const TEXT: &'static str = include_str!("subtract_lights.rs");
 

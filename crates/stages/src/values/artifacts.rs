@@ -2,7 +2,7 @@
 //!
 //! | type | value | bytes |
 //! | --- | --- | --- |
-//! | `environment` | [`envmap::Environment`] | safetensors: `radiance` [height, width, 3] f32 |
+//! | `environment` | [`envmap::Environment`] | safetensors: `rows`, blocks of rows that are compressed without loss |
 //! | `lighting` | [`sh::Lighting`] | safetensors: `sh` [(F+1)^2, 3] f64, `lights` [n, 7] f64 |
 //! | `light-field` | [`transfer::LightField`] | safetensors: `points` [P, 3], `sh` [P, (F+1)^2, 3] f64 |
 //! | `material` | [`brdf::Material`], [`brdf::BaseColorTexture`] | safetensors: models as JSON in the metadata, `table0` ... [n_h, n_d, n_phi, 3] f32, and with a texture `base_color` [height, width, 3] u8 |
@@ -34,7 +34,7 @@ impl Artifact for Environment {
     const TYPE: &'static str = "environment";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_environment(&self.0, None)?)
+        Ok(tensors::encode_environment_rows(&self.0))
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {

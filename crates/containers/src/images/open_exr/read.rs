@@ -17,27 +17,30 @@ use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, EnvironmentMap, SampleType};
+use exr::meta::attribute::{AttributeValue, EnvironmentMap};
 use exr::meta::header::Header;
-use half::f16;
 use rayon::prelude::*;
+use sh::Stop;
 
 use super::guard::{guarded, recipe_key};
 use super::layer::{Colour, Layer, without_colour};
 use super::subsampled;
+use super::window::Window;
 use crate::error::Error;
 use crate::file_part::{beginning, rewind};
 use crate::format::Format;
+use crate::images::block_writer::{BlockWriter, Patch};
 use crate::images::chromaticity::Chromaticities;
 use crate::images::colour_space::ColourSpace;
 use crate::images::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
+use crate::images::outside_gamut::OutsideGamut;
 use crate::images::panorama::Panorama;
 use crate::images::{chromaticity, gpano};
 use crate::limits;
 
 /// Chunks that are decompressed side by side, at most, and about how many pixels they hold.
 const BATCH: usize = 64;
-const BATCH_PIXELS: usize = 1 << 23;
+const BATCH_PIXELS: usize = 1 << 21;
 
 /// The `envmap` attribute, and what of the sphere the picture shows.
 type OnSphere = (Option<OpenExrEnvmap>, Option<Panorama>);
@@ -58,7 +61,7 @@ pub(crate) fn header(
     Ok((size, (envmap_of(header), panorama_of(header, size))))
 }
 
-pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error> {
+pub(crate) fn read(bytes: &[u8], options: &ReadOptions, stop: Stop<'_>) -> Result<Decoded, Error> {
     let meta = open(Cursor::new(bytes))?;
     let mut warnings = Vec::new();
     let layer = Layer::choose(&meta.headers, options.layer.as_deref(), &mut warnings)?;
@@ -66,33 +69,47 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Decoded, Error
     subsampled::check(header, &layer)?;
     check_size(&meta.headers, header, bytes.len())?;
 
-    let mut pixels = read_pixels(bytes, header, &[&layer], &mut warnings)?.pop().unwrap_or_default();
-    to_rgb(header, &layer, &mut pixels);
-    let Vec2(width, height) = header.shared_attributes.display_window.size;
-    let image = Image::new(width, height, pixels)
-        .ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
-    let mut decoded = Decoded {
+    let (mut notes, mut about_colours) = (Vec::new(), Vec::new());
+    let matrix = match layer.colour {
+        Colour::Grey => None,
+        _ => {
+            let declared = declared(header, &mut about_colours);
+            let declared = declared.as_ref().map(|(source, declared)| (source.as_str(), *declared));
+            ColourSpace::chosen(options.colour_space, declared, &mut about_colours)
+                .map(Chromaticities::to_rec_709)
+        }
+    };
+    let convert = |pixels: &mut [[f32; 3]]| match matrix {
+        Some(Some(matrix)) => chromaticity::apply(matrix, pixels),
+        _ => OutsideGamut::default(),
+    };
+    let has_chroma = layer.colour == Colour::LuminanceChroma;
+    let finish = |pixels: &mut [[f32; 3]]| match has_chroma {
+        true => OutsideGamut::default(),
+        false => convert(pixels),
+    };
+    let read = read_pixels(bytes, header, &[&layer], &mut warnings, finish, stop)?.pop();
+    let (mut image, mut outside) =
+        read.ok_or_else(|| Error::damaged("the pixels do not fill the display window"))?;
+    if has_chroma {
+        // Chroma is interpolated over the whole picture.
+        to_rgb(header, &layer, image.pixels_mut());
+        outside = convert(image.pixels_mut());
+    }
+    match matrix {
+        Some(Some(_)) => outside.report(&mut about_colours, &mut notes),
+        Some(None) => about_colours.push(NO_SPACE.into()),
+        None => {}
+    }
+    warnings.append(&mut about_colours);
+    Ok(Decoded {
         openexr_envmap: envmap_of(header),
-        panorama: panorama_of(header, [width, height]),
+        panorama: panorama_of(header, [image.width(), image.height()]),
         warnings,
+        notes,
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
-    };
-    if layer.colour != Colour::Grey {
-        let declared = declared(header, &mut decoded.warnings);
-        let declared = declared.as_ref().map(|(source, declared)| (source.as_str(), *declared));
-        match ColourSpace::chosen(options.colour_space, declared, &mut decoded.warnings)
-            .map(Chromaticities::to_rec_709)
-        {
-            None => {}
-            Some(Some(matrix)) => {
-                let outside = chromaticity::apply(matrix, decoded.image.pixels_mut());
-                outside.report(&mut decoded.warnings, &mut decoded.notes);
-            }
-            Some(None) => decoded.warnings.push(NO_SPACE.into()),
-        }
-    }
-    Ok(decoded)
+    })
 }
 
 fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
@@ -152,8 +169,10 @@ pub(crate) fn read_layers(bytes: &[u8]) -> Result<ExrLayers, Error> {
         }
         wanted.iter().try_for_each(|layer| subsampled::check(header, layer))?;
         check_size(&meta.headers, header, bytes.len())?;
-        let pictures = read_pixels(bytes, header, &wanted, &mut warnings)?;
-        for (layer, mut pixels) in wanted.into_iter().zip(pictures) {
+        let pictures =
+            read_pixels(bytes, header, &wanted, &mut warnings, |_| OutsideGamut::default(), Stop::NEVER)?;
+        for (layer, (picture, _)) in wanted.into_iter().zip(pictures) {
+            let mut pixels = picture.into_pixels();
             if pixels.len() != width * height {
                 return Err(Error::damaged("the pixels do not fill the display window"));
             }
@@ -409,13 +428,15 @@ fn check_chunk(header: &Header, chunk: &Chunk) -> Result<(), Error> {
     Ok(())
 }
 
-/// RGB of the display window, row by row, of each of these layers of one part.
+/// RGB of the display window of each of these layers of one part. `finish` changes some rows at a time.
 fn read_pixels(
     bytes: &[u8],
     header: &Header,
     layers: &[&Layer],
     warnings: &mut Vec<String>,
-) -> Result<Vec<Vec<[f32; 3]>>, Error> {
+    finish: impl Fn(&mut [[f32; 3]]) -> OutsideGamut + Sync,
+    stop: Stop<'_>,
+) -> Result<Vec<(Image, OutsideGamut)>, Error> {
     let part = layers[0].part;
     let (shown, samplings) = subsampled::shown(bytes);
     let (mut chunks, mut meta) = guarded(|| {
@@ -426,7 +447,9 @@ fn read_pixels(
     })?;
     subsampled::restore(&mut meta.headers, &samplings)?;
     let without_chroma = subsampled::without_chroma(&mut meta);
-    let mut windows: Vec<Window> = layers.iter().map(|layer| Window::new(header, layer)).collect();
+    let windows: Vec<Window> = layers.iter().map(|layer| Window::new(header, layer)).collect();
+    let mut writers: Option<Vec<BlockWriter>> = None;
+    let mut is_transparent = false;
     if windows[0].partial {
         warnings.push(
             "the data window differs from the display window, which was read; what lies outside the data is black"
@@ -434,133 +457,50 @@ fn read_pixels(
         );
     }
     let Vec2(width, height) = header.max_block_pixel_size();
-    let batch_size = (BATCH_PIXELS / (width * height).max(1)).clamp(2, BATCH);
+    let least = rayon::current_num_threads().min(BATCH);
+    let batch_size = (BATCH_PIXELS / (width * height).max(1)).clamp(least, BATCH);
     let mut seen = HashSet::new();
     loop {
         let batch: Vec<Chunk> = guarded(|| chunks.by_ref().take(batch_size).collect())?;
         if batch.is_empty() {
             break;
         }
-        let blocks: Vec<Result<UncompressedBlock, Error>> = batch
-            .into_par_iter()
-            .map(|chunk| {
-                let meta = match (&without_chroma, &chunk.compressed_block) {
-                    (Some(odd), CompressedBlock::ScanLine(block)) if block.y_coordinate % 2 != 0 => odd,
-                    _ => &meta,
-                };
-                check_chunk(&meta.headers[part], &chunk)?;
-                guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))
-            })
-            .collect();
-        for block in blocks {
-            let block = block?;
-            let index = block.index;
+        let decoded = batch.into_par_iter().map(|chunk| {
+            stop.check().map_err(Error::stopped)?;
+            let meta = match (&without_chroma, &chunk.compressed_block) {
+                (Some(odd), CompressedBlock::ScanLine(block)) if block.y_coordinate % 2 != 0 => odd,
+                _ => &meta,
+            };
+            check_chunk(&meta.headers[part], &chunk)?;
+            let block = guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))?;
+            let patches =
+                windows.iter().zip(layers).map(|(window, layer)| window.patch(header, layer, &block));
+            Ok((block.index, patches.collect::<Result<Vec<_>, Error>>()?))
+        });
+        let decoded: Vec<Result<_, Error>> = decoded.collect();
+        let mut of_layers: Vec<Vec<Patch>> = layers.iter().map(|_| Vec::new()).collect();
+        for decoded in decoded {
+            let (index, patches) = decoded?;
             if index.layer != part || index.level != Vec2(0, 0) || !seen.insert(index.pixel_position) {
                 return Err(Error::damaged("the offset table names a wrong chunk"));
             }
-            for (window, layer) in windows.iter_mut().zip(layers) {
-                window.fill(header, layer, &block)?;
+            for (of_layer, (patch, transparent)) in of_layers.iter_mut().zip(patches) {
+                of_layer.push(patch);
+                is_transparent |= transparent;
             }
         }
+        // Only now, when blocks have come out sound, is the header's size believed.
+        let writers = writers.get_or_insert_with(|| windows.iter().map(Window::writer).collect());
+        for (writer, patches) in writers.iter_mut().zip(of_layers) {
+            writer.write(&patches, &finish);
+        }
     }
-    if windows.iter().any(|window| window.transparent) {
+    if is_transparent {
         warnings.push("alpha was ignored; the colours are those over black".into());
     }
-    Ok(windows.into_iter().map(|window| window.pixels).collect())
-}
-
-/// The display window's pixels, filled block by block.
-struct Window {
-    pixels: Vec<[f32; 3]>,
-    size: [i64; 2],
-    /// The data window's corner, in the display window.
-    corner: [i64; 2],
-    /// Whether the windows differ.
-    partial: bool,
-    /// The channel of alpha, and whether it was anywhere below 1.
-    alpha: Option<usize>,
-    transparent: bool,
-}
-
-impl Window {
-    fn new(header: &Header, layer: &Layer) -> Self {
-        let display = header.shared_attributes.display_window;
-        let at = header.own_attributes.layer_position;
-        // The layer's own alpha: that of another says nothing of these colours.
-        let colour = header.channels.list[layer.channels[0]].name.to_string();
-        let alpha = colour.rsplit_once('.').map_or("A".to_owned(), |(prefix, _)| format!("{prefix}.A"));
-        let alpha = header.channels.list.iter().position(|channel| channel.name.eq(alpha.as_str()));
-        Self {
-            pixels: Vec::new(),
-            size: [display.size.0 as i64, display.size.1 as i64],
-            corner: [
-                i64::from(at.0) - i64::from(display.position.0),
-                i64::from(at.1) - i64::from(display.position.1),
-            ],
-            partial: at != display.position || header.layer_size != display.size,
-            alpha,
-            transparent: false,
-        }
-    }
-
-    fn fill(&mut self, header: &Header, layer: &Layer, block: &UncompressedBlock) -> Result<(), Error> {
-        if self.pixels.is_empty() {
-            // Only now, when a block has come out sound, is the header's size believed.
-            self.pixels = vec![[0.0; 3]; (self.size[0] * self.size[1]) as usize];
-        }
-        let mut rest = block.data.as_slice();
-        let BlockIndex { pixel_position, pixel_size, .. } = block.index;
-        for y in 0..pixel_size.1 {
-            let row = self.corner[1] + (pixel_position.1 + y) as i64;
-            for (channel, description) in header.channels.list.iter().enumerate() {
-                // The data window begins at a sample.
-                let Vec2(step, rows) = description.sampling;
-                if !(pixel_position.1 + y).is_multiple_of(rows) {
-                    continue;
-                }
-                let length = pixel_size.0 / step * description.sample_type.bytes_per_sample();
-                let (samples, after) = rest
-                    .split_at_checked(length)
-                    .ok_or_else(|| Error::damaged("a block is shorter than its pixels"))?;
-                rest = after;
-                if self.alpha == Some(channel) {
-                    visit(description.sample_type, samples, |_, value| self.transparent |= value < 1.0);
-                }
-                let targets: Vec<usize> = (0..3).filter(|&c| layer.channels[c] == channel).collect();
-                if targets.is_empty() || !(0..self.size[1]).contains(&row) {
-                    continue;
-                }
-                let start = self.corner[0] + pixel_position.0 as i64;
-                let line = &mut self.pixels[(row * self.size[0]) as usize..][..self.size[0] as usize];
-                visit(description.sample_type, samples, |x, value| {
-                    let column = start + (x * step) as i64;
-                    if let Some(pixel) = usize::try_from(column).ok().and_then(|column| line.get_mut(column))
-                    {
-                        targets.iter().for_each(|&c| pixel[c] = value);
-                    }
-                });
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Gives every sample of a line, in the order of this machine's bytes, as f32.
-fn visit(kind: SampleType, bytes: &[u8], mut each: impl FnMut(usize, f32)) {
-    let word = |bytes: &[u8]| [bytes[0], bytes[1], bytes[2], bytes[3]];
-    match kind {
-        SampleType::F16 => bytes
-            .chunks_exact(2)
-            .enumerate()
-            .for_each(|(x, bytes)| each(x, f16::from_ne_bytes([bytes[0], bytes[1]]).to_f32())),
-        SampleType::F32 => {
-            bytes.chunks_exact(4).enumerate().for_each(|(x, bytes)| each(x, f32::from_ne_bytes(word(bytes))));
-        }
-        SampleType::U32 => {
-            bytes
-                .chunks_exact(4)
-                .enumerate()
-                .for_each(|(x, bytes)| each(x, u32::from_ne_bytes(word(bytes)) as f32));
-        }
-    }
+    let images = writers.unwrap_or_default().into_iter().map(|writer| {
+        let image = writer.into_image(&finish);
+        image.ok_or_else(|| Error::damaged("the pixels do not fill the display window"))
+    });
+    images.collect()
 }

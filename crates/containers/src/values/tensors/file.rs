@@ -96,7 +96,19 @@ impl Writer {
         self.tensors.push((name.into(), json!({ "dtype": dtype, "shape": shape, "data_offsets": offsets })));
     }
 
-    pub(super) fn finish(self) -> Vec<u8> {
+    /// Names the data of a file that has only one tensor, whose data [`Writer::finish_with`] gets.
+    pub(super) fn tensor_of_bytes(&mut self, name: &str, length: usize) {
+        let entry = json!({ "dtype": "U8", "shape": [length], "data_offsets": [0, length] });
+        self.tensors.push((name.into(), entry));
+    }
+
+    pub(super) fn finish(mut self) -> Vec<u8> {
+        let data = std::mem::take(&mut self.data);
+        self.finish_with(std::iter::once(&data[..]))
+    }
+
+    /// The file with these data, one after the other.
+    pub(super) fn finish_with<'b>(self, data: impl Iterator<Item = &'b [u8]> + Clone) -> Vec<u8> {
         let mut header = format!("{{\"__metadata__\":{}", json!(self.metadata));
         for (name, entry) in &self.tensors {
             header.push_str(&format!(",\"{name}\":{entry}"));
@@ -105,10 +117,11 @@ impl Writer {
         // Spaces fill up to 8 bytes, so that the data are aligned.
         let padded = header.len().next_multiple_of(8);
         header.extend(std::iter::repeat_n(' ', padded - header.len()));
-        let mut bytes = Vec::with_capacity(8 + padded + self.data.len());
+        let length: usize = data.clone().map(<[u8]>::len).sum();
+        let mut bytes = Vec::with_capacity(8 + padded + length);
         bytes.extend_from_slice(&(padded as u64).to_le_bytes());
         bytes.extend_from_slice(header.as_bytes());
-        bytes.extend_from_slice(&self.data);
+        data.for_each(|data| bytes.extend_from_slice(data));
         bytes
     }
 }

@@ -143,6 +143,9 @@ pub(super) fn write_input(
             let lighting = context.inputs.get::<Lighting>(port)?;
             lighting_json::encode(&lighting.0.whole().into(), lighting_json::Preset::Specula, None)?
         }
+        (Environment::TYPE, ExchangeFormat::Safetensors) => {
+            containers::tensors::encode_environment(&context.inputs.get::<Environment>(port)?.0, None)?
+        }
         _ => context.inputs.bytes(port)?,
     };
     let name = format!("input/{port}.{}", format.name());

@@ -1,0 +1,268 @@
+//! The pixels of a picture: blocks of rows that are compressed without loss and decoded where they are read.
+//!
+//! A photograph of 16384 x 8192 pixels has 1.6 GB of floats, of which most consumers need a few rows at a
+//! time. [`row_codec`] keeps them in less than its source has; whoever needs pixels in no order gets all of
+//! them as floats, which are then kept.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+use rayon::prelude::*;
+use sh::{Stop, Stopped, unstopped};
+
+use crate::row_codec;
+
+/// Some rows of a picture, compressed without loss; equal rows have equal bytes.
+#[derive(Clone, PartialEq)]
+pub struct CodedRows(Arc<Vec<u8>>);
+
+impl CodedRows {
+    /// The rows of a block but the last of a picture.
+    pub const HEIGHT: usize = 32;
+
+    /// Encodes rows of `width` pixels.
+    ///
+    /// # Panics
+    /// If there are no columns, or the rows are not complete.
+    pub fn encode(width: usize, rows: &[[f32; 3]]) -> Self {
+        assert!(rows.len().is_multiple_of(width), "whole rows");
+        Self(Arc::new(row_codec::encode(width, rows)))
+    }
+
+    /// The block that [`CodedRows::bytes`] gave; `None` if it does not have so many pixels.
+    pub fn from_bytes(width: usize, height: usize, bytes: Vec<u8>) -> Option<Self> {
+        row_codec::is_complete(width, height, &bytes).then(|| Self(Arc::new(bytes)))
+    }
+
+    /// The bytes, for a file.
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+
+    /// Whether no value is negative, infinite or NaN.
+    pub(crate) fn is_clean(&self) -> bool {
+        row_codec::is_clean(&self.0)
+    }
+
+    /// Whether no value is infinite or NaN.
+    pub(crate) fn is_finite(&self) -> bool {
+        row_codec::is_finite(&self.0)
+    }
+
+    fn decode(&self, width: usize, rows: &mut [[f32; 3]]) {
+        row_codec::decode(width, &self.0, rows);
+    }
+}
+
+/// The number of blocks of a picture.
+pub(crate) fn block_count(height: usize) -> usize {
+    height.div_ceil(CodedRows::HEIGHT)
+}
+
+/// The rows of a block.
+pub(crate) fn block_rows(height: usize, block: usize) -> Range<usize> {
+    let first = block * CodedRows::HEIGHT;
+    first..(first + CodedRows::HEIGHT).min(height)
+}
+
+/// The pixels of a picture, row by row from the top.
+#[derive(Clone)]
+pub(crate) struct Pixels(Arc<Stored>);
+
+#[derive(Clone)]
+struct Stored {
+    width: usize,
+    height: usize,
+    /// The blocks of rows; none if there are only floats.
+    blocks: Vec<CodedRows>,
+    whole: OnceLock<Vec<[f32; 3]>>,
+}
+
+impl Pixels {
+    /// Floats; there must be at least one column, and only whole rows.
+    pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>) -> Self {
+        let height = pixels.len() / width;
+        Self(Arc::new(Stored { width, height, blocks: Vec::new(), whole: OnceLock::from(pixels) }))
+    }
+
+    /// Blocks, of [`CodedRows::HEIGHT`] rows each but the last.
+    pub(crate) fn of_blocks(width: usize, height: usize, blocks: Vec<CodedRows>) -> Self {
+        Self(Arc::new(Stored { width, height, blocks, whole: OnceLock::new() }))
+    }
+
+    /// All pixels as floats, which are decoded once.
+    pub(crate) fn whole(&self) -> &[[f32; 3]] {
+        let Stored { width, height, blocks, whole } = &*self.0;
+        whole.get_or_init(|| {
+            let mut pixels = vec![[0.0; 3]; width * height];
+            let rows = pixels.par_chunks_mut(width * CodedRows::HEIGHT);
+            rows.zip(blocks).for_each(|(rows, block)| block.decode(*width, rows));
+            pixels
+        })
+    }
+
+    /// All pixels as floats, and nothing else.
+    pub(crate) fn whole_mut(&mut self) -> &mut [[f32; 3]] {
+        self.whole();
+        let stored = Arc::make_mut(&mut self.0);
+        stored.blocks.clear();
+        stored.whole.get_mut().map_or(&mut [], Vec::as_mut_slice)
+    }
+
+    pub(crate) fn into_whole(mut self) -> Vec<[f32; 3]> {
+        self.whole_mut();
+        Arc::unwrap_or_clone(self.0).whole.into_inner().unwrap_or_default()
+    }
+
+    /// Some rows, which are decoded into `scratch` if they are not there as floats.
+    pub(crate) fn rows<'a>(&'a self, rows: Range<usize>, scratch: &'a mut Vec<[f32; 3]>) -> &'a [[f32; 3]] {
+        let Stored { width, height, blocks, whole } = &*self.0;
+        if let Some(whole) = whole.get() {
+            return &whole[rows.start * width..rows.end * width];
+        }
+        // Whole blocks, of which the rows are a part.
+        let first = rows.start / CodedRows::HEIGHT;
+        let last = block_count(rows.end).max(first);
+        let from = first * CodedRows::HEIGHT;
+        let until = (last * CodedRows::HEIGHT).min(*height);
+        scratch.resize((until - from) * width, [0.0; 3]);
+        let decoded = scratch.chunks_mut(width * CodedRows::HEIGHT);
+        blocks[first..last].iter().zip(decoded).for_each(|(block, rows)| block.decode(*width, rows));
+        &scratch[(rows.start - from) * width..(rows.end - from) * width]
+    }
+
+    /// The results of a function for each block of rows, in their order. It gets the first row's number and
+    /// the pixels of all rows.
+    pub(crate) fn map_blocks<T: Send>(
+        &self,
+        stop: Stop<'_>,
+        function: impl Fn(usize, &[[f32; 3]]) -> T + Sync,
+    ) -> Result<Vec<T>, Stopped> {
+        let block = |scratch: &mut Vec<_>, block: usize| {
+            stop.check()?;
+            let rows = block_rows(self.0.height, block);
+            Ok(function(rows.start, self.rows(rows.clone(), scratch)))
+        };
+        (0..block_count(self.0.height)).into_par_iter().map_init(Vec::new, block).collect()
+    }
+
+    /// Gives a function the wanted blocks of rows one after the other: the first row's number and the pixels.
+    pub(crate) fn visit_blocks(
+        &self,
+        wanted: impl Fn(usize) -> bool,
+        mut function: impl FnMut(usize, &[[f32; 3]]),
+    ) {
+        let mut scratch = Vec::new();
+        for block in (0..block_count(self.0.height)).filter(|block| wanted(*block)) {
+            let rows = block_rows(self.0.height, block);
+            function(rows.start, self.rows(rows.clone(), &mut scratch));
+        }
+    }
+
+    /// The blocks of rows, which are encoded if there are only floats.
+    pub(crate) fn blocks(&self) -> Vec<CodedRows> {
+        if !self.0.blocks.is_empty() {
+            return self.0.blocks.clone();
+        }
+        let width = self.0.width;
+        unstopped(|stop| self.map_blocks(stop, |_, rows| CodedRows::encode(width, rows)))
+    }
+
+    /// Whether no value is negative, infinite or NaN, if that is known of the rows of a block.
+    pub(crate) fn is_clean(&self, block: usize) -> bool {
+        self.0.blocks.get(block).is_some_and(CodedRows::is_clean)
+    }
+
+    /// These pixels, changed by a function in each block for which it is `wanted`. The function gets the
+    /// first row's number and the pixels of all rows.
+    pub(crate) fn changed(
+        mut self,
+        wanted: impl Fn(usize) -> bool + Sync,
+        change: impl Fn(usize, &mut [[f32; 3]]) + Sync,
+    ) -> Self {
+        let Stored { width, height, .. } = *self.0;
+        if self.0.blocks.is_empty() {
+            let rows = self.whole_mut().par_chunks_mut(width * CodedRows::HEIGHT).enumerate();
+            let rows = rows.filter(|(block, _)| wanted(*block));
+            rows.for_each(|(block, rows)| change(block * CodedRows::HEIGHT, rows));
+            return self;
+        }
+        let changed = |scratch: &mut Vec<_>, (index, block): (usize, &CodedRows)| {
+            if !wanted(index) {
+                return block.clone();
+            }
+            let rows = block_rows(height, index);
+            scratch.resize(rows.len() * width, [0.0; 3]);
+            block.decode(width, scratch);
+            change(rows.start, scratch);
+            CodedRows::encode(width, scratch)
+        };
+        let blocks = self.0.blocks.par_iter().enumerate().map_init(Vec::new, changed).collect();
+        Self::of_blocks(width, height, blocks)
+    }
+}
+
+impl PartialEq for Pixels {
+    fn eq(&self, other: &Self) -> bool {
+        let size = |pixels: &Self| [pixels.0.width, pixels.0.height];
+        size(self) == size(other) && self.whole() == other.whole()
+    }
+}
+
+impl fmt::Debug for Pixels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.whole()).finish()
+    }
+}
+
+impl fmt::Debug for CodedRows {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("CodedRows").field(&self.0.len()).finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_those_of_the_floats() {
+        let (width, height) = (3, 100);
+        let floats: Vec<_> = (0..width * height).map(|i| [i as f32, 0.5, 0.1]).collect();
+        let plain = Pixels::new(width, floats.clone());
+        let coded = Pixels::of_blocks(width, height, plain.blocks());
+        let mut scratch = Vec::new();
+        for rows in [0..0, 0..1, 31..33, 5..100, 64..96, 99..100] {
+            let expected = &floats[rows.start * width..rows.end * width];
+            for pixels in [&plain, &coded] {
+                assert_eq!(pixels.rows(rows.clone(), &mut scratch), expected, "{rows:?}");
+            }
+        }
+        let sums = |pixels: &Pixels| {
+            let sum = |first, rows: &[[f32; 3]]| (first, rows.iter().map(|rgb| rgb[0]).sum::<f32>());
+            unstopped(|stop| pixels.map_blocks(stop, sum))
+        };
+        assert_eq!(sums(&plain), sums(&coded));
+        assert!(coded.0.whole.get().is_none(), "nothing was decoded as a whole");
+        let negate = |pixels: Pixels| {
+            pixels.changed(|block| block == 1, |_, rows| rows.iter_mut().for_each(|rgb| rgb[0] = -rgb[0]))
+        };
+        let (plain, coded) = (negate(plain), negate(coded));
+        assert_eq!(plain, coded);
+        assert_eq!(plain.whole()[32 * width], [-(32.0 * 3.0), 0.5, 0.1]);
+        assert!(!coded.is_clean(1) && coded.is_clean(0) && !plain.is_clean(0));
+        assert_eq!(plain.blocks(), coded.blocks());
+        assert_eq!(coded.clone().into_whole(), plain.whole());
+    }
+
+    #[test]
+    fn bytes_of_another_size_are_no_block() {
+        let block = CodedRows::encode(8, &[[1.0; 3]; 16]);
+        let found = |width, height| CodedRows::from_bytes(width, height, block.bytes().to_vec());
+        assert_eq!(found(8, 2), Some(block.clone()));
+        assert_eq!(found(8, 3), None);
+        assert_eq!(found(17, 2), None);
+        assert_eq!(CodedRows::from_bytes(8, 2, Vec::new()), None);
+    }
+}
