@@ -11,8 +11,9 @@
 //!
 //! The soft image and the lights together have the integral of the environment.
 
+use rayon::prelude::*;
 use sh::{Light, Stop, Stopped};
-use sphere::{DVec3, Direction, NearestDirection};
+use sphere::{DVec3, Direction, LatLong, NearestDirection};
 
 use crate::Environment;
 
@@ -51,57 +52,199 @@ pub struct Separated {
     pub lights: Vec<Light>,
 }
 
-/// A bright pixel: its radiance above the threshold, times its solid angle.
+/// A bright pixel.
+#[derive(Clone, Copy)]
+struct Bright {
+    pixel: u32,
+    rgb: [f32; 3],
+}
+
+impl Bright {
+    fn radiance(self) -> f64 {
+        mean(self.rgb.map(f64::from))
+    }
+}
+
+/// The radiance of a pixel above the threshold, times its solid angle.
 #[derive(Clone, Copy)]
 struct Excess {
-    pixel: usize,
     direction: DVec3,
     flux: [f64; 3],
     solid_angle: f64,
 }
 
-/// The pixels of a light.
-#[derive(Clone, Default)]
-struct Group {
-    pixels: Vec<Excess>,
+/// The bright pixels of an environment, the brightest first; of equal ones the first.
+struct BrightPixels {
+    grid: LatLong,
+    threshold: f64,
+    pixels: Vec<Bright>,
+    /// The indices of `pixels` in the order of the image.
+    in_rows: Vec<u32>,
+    /// Sines and cosines of the rows' and columns' angles.
+    thetas: Vec<(f64, f64)>,
+    phis: Vec<(f64, f64)>,
+    solid_angles: Vec<f64>,
 }
 
-/// Bright pixels, the brightest first, as groups about centres that are at least `reach` apart, in radians.
-fn grouped(bright: &[Excess], reach: f64, stop: Stop<'_>) -> Result<Vec<Group>, Stopped> {
-    let far =
-        |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < math::cos(reach));
-    let mut centres: Vec<DVec3> = Vec::new();
-    for excess in bright {
-        if far(&centres, excess.direction) {
-            centres.push(excess.direction);
-        }
+/// Pixels that are handled between two questions whether to stop.
+const CHUNK: usize = 1 << 14;
+
+/// Pixels that are side by side, as a rule, of which only few centres can be nearest.
+const TILE: usize = 16;
+
+/// The sums over the pixels of a light.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    pixels: usize,
+    flux: [f64; 3],
+    /// The sum of directions, weighted by flux.
+    directions: DVec3,
+}
+
+impl Group {
+    /// The mean direction, weighted by flux.
+    fn centre(&self) -> DVec3 {
+        self.directions.normalize_or(DVec3::Z)
     }
-    let mut groups = nearest(bright, &centres);
-    for _ in 0..ROUNDS {
-        stop.check()?;
-        groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
-        centres.clear();
-        for group in &groups {
-            if far(&centres, group.centre()) {
-                centres.push(group.centre());
+}
+
+impl BrightPixels {
+    fn new(environment: &Environment, threshold: f64, stop: Stop<'_>) -> Result<Self, Stopped> {
+        let grid = environment.grid();
+        let found = environment.map_rows(stop, |row, pixels| {
+            let bright = pixels
+                .iter()
+                .enumerate()
+                .map(|(index, rgb)| Bright { pixel: (row * grid.width + index) as u32, rgb: *rgb });
+            let is_bright = |bright: &Bright| bright.radiance() > threshold && threshold > 0.0;
+            bright.filter(is_bright).collect::<Vec<_>>()
+        })?;
+        let mut pixels = found.concat();
+        drop(found);
+        pixels.par_sort_by(|a, b| b.radiance().total_cmp(&a.radiance()));
+        let mut in_rows: Vec<u32> = (0..pixels.len() as u32).collect();
+        in_rows.par_sort_unstable_by_key(|index| pixels[*index as usize].pixel);
+        let (rows, columns) = (0..grid.height, 0..grid.width);
+        Ok(Self {
+            grid,
+            threshold,
+            pixels,
+            in_rows,
+            thetas: rows.clone().map(|row| math::sin_cos(grid.theta(row))).collect(),
+            phis: columns.map(|column| math::sin_cos(grid.phi(column))).collect(),
+            solid_angles: rows.map(|row| grid.solid_angle(row)).collect(),
+        })
+    }
+
+    fn direction(&self, bright: Bright) -> DVec3 {
+        let (row, column) =
+            (bright.pixel as usize / self.grid.width, bright.pixel as usize % self.grid.width);
+        let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (self.thetas[row], self.phis[column]);
+        DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
+    }
+
+    fn excess(&self, bright: Bright) -> Excess {
+        let solid_angle = self.solid_angles[bright.pixel as usize / self.grid.width];
+        let share = 1.0 - self.threshold / bright.radiance();
+        let flux = bright.rgb.map(|value| f64::from(value) * share * solid_angle);
+        Excess { direction: self.direction(bright), flux, solid_angle }
+    }
+
+    /// The pixels as groups about centres that are at least `reach` apart, in radians: the sums of each
+    /// group, and the number of each pixel's group.
+    fn grouped(&self, reach: f64, stop: Stop<'_>) -> Result<(Vec<Group>, Vec<u32>), Stopped> {
+        let least = math::cos(reach);
+        let far = |kept: &[DVec3], direction: DVec3| kept.iter().all(|kept| kept.dot(direction) < least);
+        let mut centres: Vec<DVec3> = Vec::new();
+        for pixels in self.pixels.chunks(CHUNK) {
+            stop.check()?;
+            let earlier = NearestDirection::new(&centres);
+            let directions = pixels.par_iter().map(|bright| self.direction(*bright));
+            let is_far = |direction: &DVec3| {
+                let nearest = earlier.nearest(*direction).map(|index| centres[index]);
+                nearest.is_none_or(|nearest| far(&[nearest], *direction))
+            };
+            let outside: Vec<DVec3> = directions.filter(is_far).collect();
+            let first = centres.len();
+            for direction in outside {
+                if far(&centres[first..], direction) {
+                    centres.push(direction);
+                }
             }
         }
-        groups = nearest(bright, &centres);
-    }
-    groups.retain(|group| !group.pixels.is_empty());
-    Ok(groups)
-}
-
-/// Assigns the pixels to the nearest of the centres.
-fn nearest(bright: &[Excess], centres: &[DVec3]) -> Vec<Group> {
-    let mut groups = vec![Group::default(); centres.len()];
-    let centres = NearestDirection::new(centres);
-    for excess in bright {
-        if let Some(index) = centres.nearest(excess.direction) {
-            groups[index].pixels.push(*excess);
+        let mut nearest = self.nearest(&centres, stop)?;
+        for _ in 0..ROUNDS {
+            let groups = &mut nearest.0;
+            groups.sort_by(|a, b| mean(b.flux).total_cmp(&mean(a.flux)));
+            centres.clear();
+            for group in groups {
+                if far(&centres, group.centre()) {
+                    centres.push(group.centre());
+                }
+            }
+            nearest = self.nearest(&centres, stop)?;
         }
+        Ok(nearest)
     }
-    groups
+
+    /// Assigns the pixels to the nearest of the centres.
+    fn nearest(&self, centres: &[DVec3], stop: Stop<'_>) -> Result<(Vec<Group>, Vec<u32>), Stopped> {
+        let nearest = NearestDirection::new(centres);
+        let tile = |tile: &[u32]| {
+            let direction = |index: u32| self.direction(self.pixels[index as usize]);
+            let first = direction(tile[0]);
+            let spread = tile.iter().map(|index| (direction(*index) - first).length()).fold(0.0, f64::max);
+            let candidates = nearest.candidates(first, spread);
+            let find = |pixel: &u32| {
+                let direction = direction(*pixel);
+                let cosines = candidates.iter().map(|(centre, index)| (centre.dot(direction), *index));
+                let best = cosines.max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                (*pixel, best.map_or(0, |(_, index)| index as u32))
+            };
+            tile.iter().map(find).collect::<Vec<_>>()
+        };
+        let mut of_pixels = vec![0; self.pixels.len()];
+        let mut found = Vec::new();
+        for pixels in self.in_rows.chunks(CHUNK) {
+            stop.check()?;
+            found.clear();
+            found.par_extend(pixels.par_chunks(TILE).flat_map_iter(tile));
+            found.iter().for_each(|(pixel, group): &(u32, u32)| of_pixels[*pixel as usize] = *group);
+        }
+        let mut groups = vec![Group::default(); centres.len()];
+        let mut excesses = Vec::new();
+        for (pixels, of_pixels) in self.pixels.chunks(CHUNK).zip(of_pixels.chunks(CHUNK)) {
+            stop.check()?;
+            pixels.par_iter().map(|bright| self.excess(*bright)).collect_into_vec(&mut excesses);
+            for (excess, group) in excesses.iter().zip(of_pixels) {
+                let group = &mut groups[*group as usize];
+                group.pixels += 1;
+                (0..3).for_each(|c| group.flux[c] += excess.flux[c]);
+                group.directions += excess.direction * mean(excess.flux);
+            }
+        }
+        Ok((groups, of_pixels))
+    }
+
+    /// The lights of the groups, of which `of_pixels` has the number of each pixel's.
+    fn lights(&self, groups: &[Group], of_pixels: &[u32]) -> Vec<Light> {
+        let mut totals = vec![[-0.0; 2]; groups.len()];
+        let centres: Vec<DVec3> = groups.iter().map(Group::centre).collect();
+        for (bright, group) in self.pixels.iter().zip(of_pixels) {
+            let (excess, group) = (self.excess(*bright), *group as usize);
+            // A disk of radius a has the mean square distance a^2 / 2 from its centre; a pixel has its own
+            // spread.
+            let apart = (excess.direction - centres[group]).length_squared();
+            let weight = mean(excess.flux);
+            totals[group][0] += weight;
+            totals[group][1] += weight * (apart + excess.solid_angle / (2.0 * std::f64::consts::PI));
+        }
+        let light = |((group, centre), [total, spread]): ((&Group, DVec3), [f64; 2])| {
+            let square = spread / total;
+            Light::from_flux(Direction::normalised(centre), (2.0 * square).sqrt().min(1.0), group.flux)
+        };
+        groups.iter().zip(centres).zip(totals).map(light).collect()
+    }
 }
 
 impl Environment {
@@ -110,84 +253,41 @@ impl Environment {
     /// # Errors
     /// If it was stopped.
     pub fn separate_lamps(&self, stop: Stop<'_>) -> Result<Separated, Stopped> {
-        let (bright, least) = (self.bright(), MIN_FLUX * self.mean());
-        let (mut reach, mut groups) = (REACH, Vec::new());
+        let average = mean(self.integral_until(stop)?) / (4.0 * std::f64::consts::PI);
+        let (threshold, least) = (BRIGHTER * average, MIN_FLUX * average);
+        let bright = BrightPixels::new(self, threshold, stop)?;
+        let (mut reach, mut found) = (REACH, (Vec::new(), Vec::new()));
         while reach < std::f64::consts::PI {
-            groups = grouped(&bright, reach, stop)?;
+            found = bright.grouped(reach, stop)?;
             // The pieces of a large lamp may be weak: counted too, they grow with the reach.
-            if groups.iter().filter(|group| mean(group.flux()) >= PIECE * least).count() <= MAX_LAMPS {
+            let groups = found.0.iter().filter(|group| group.pixels > 0 && mean(group.flux) >= PIECE * least);
+            if groups.count() <= MAX_LAMPS {
                 break;
             }
             reach *= FARTHER;
         }
-        groups.retain(|group| mean(group.flux()) >= least);
-        groups.sort_by(|a, b| mean(b.flux()).total_cmp(&mean(a.flux())));
-
-        let threshold = BRIGHTER * self.mean();
-        let mut pixels = self.pixels().to_vec();
-        for excess in groups.iter().flat_map(|group| &group.pixels) {
-            let pixel = &mut pixels[excess.pixel];
-            let share = threshold / mean(pixel.map(f64::from));
-            *pixel = pixel.map(|value| (f64::from(value) * share) as f32);
-        }
-        let lights = groups.iter().map(Group::light).collect();
-        // The values only became smaller.
-        let soft = Self::new(self.grid(), pixels).unwrap_or_else(|| self.clone());
-        Ok(Separated { soft, lights })
-    }
-
-    /// The mean radiance over the sphere and the three channels.
-    fn mean(&self) -> f64 {
-        mean(self.integral()) / (4.0 * std::f64::consts::PI)
-    }
-
-    /// The bright pixels, the brightest first; of equal ones the first.
-    fn bright(&self) -> Vec<Excess> {
-        let (grid, threshold) = (self.grid(), BRIGHTER * self.mean());
-        let mut bright: Vec<(f64, Excess)> = Vec::new();
-        for (row, pixels) in self.pixels().chunks(grid.width).enumerate() {
-            let solid_angle = grid.solid_angle(row);
-            for (column, rgb) in pixels.iter().enumerate() {
-                let rgb = rgb.map(f64::from);
-                let radiance = mean(rgb);
-                if radiance > threshold && threshold > 0.0 {
-                    let flux = rgb.map(|value| value * (1.0 - threshold / radiance) * solid_angle);
-                    let direction = grid.direction(row, column).vector();
-                    bright.push((
-                        radiance,
-                        Excess { pixel: row * grid.width + column, direction, flux, solid_angle },
-                    ));
-                }
-            }
-        }
-        bright.sort_by(|a, b| b.0.total_cmp(&a.0));
-        bright.into_iter().map(|(_, excess)| excess).collect()
-    }
-}
-
-impl Group {
-    fn flux(&self) -> [f64; 3] {
-        self.pixels.iter().fold([0.0; 3], |sum, excess| std::array::from_fn(|c| sum[c] + excess.flux[c]))
-    }
-
-    /// The mean direction, weighted by flux.
-    fn centre(&self) -> DVec3 {
-        let sum: DVec3 = self.pixels.iter().map(|excess| excess.direction * mean(excess.flux)).sum();
-        sum.normalize_or(DVec3::Z)
-    }
-
-    fn light(&self) -> Light {
-        let weight = |excess: &Excess| mean(excess.flux);
-        let total: f64 = self.pixels.iter().map(weight).sum();
-        let centre = self.centre();
-        // A disk of radius a has the mean square distance a^2 / 2 from its centre; a pixel has its own
-        // spread.
-        let spread = |excess: &Excess| {
-            let apart = (excess.direction - centre).length_squared();
-            weight(excess) * (apart + excess.solid_angle / (2.0 * std::f64::consts::PI))
+        let (groups, of_pixels) = found;
+        let is_light = |group: &Group| group.pixels > 0 && mean(group.flux) >= least;
+        let soften = |bright: &Bright| {
+            let share = threshold / bright.radiance();
+            (bright.pixel, bright.rgb.map(|value| (f64::from(value) * share) as f32))
         };
-        let square = self.pixels.iter().map(spread).sum::<f64>() / total;
-        Light::from_flux(Direction::normalised(centre), (2.0 * square).sqrt().min(1.0), self.flux())
+        let taken =
+            bright.pixels.iter().zip(&of_pixels).filter(|(_, group)| is_light(&groups[**group as usize]));
+        let mut texels: Vec<(u32, [f32; 3])> = taken.map(|(bright, _)| soften(bright)).collect();
+        texels.par_sort_unstable_by_key(|(pixel, _)| *pixel);
+        let lights = bright.lights(&groups, &of_pixels);
+        let mut lights: Vec<(f64, Light)> = groups
+            .iter()
+            .zip(lights)
+            .filter(|(group, _)| is_light(group))
+            .map(|(group, light)| (mean(group.flux), light))
+            .collect();
+        lights.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Ok(Separated {
+            soft: self.replaced(&texels),
+            lights: lights.into_iter().map(|(_, light)| light).collect(),
+        })
     }
 }
 
