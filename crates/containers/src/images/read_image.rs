@@ -17,11 +17,11 @@ use crate::error::Error;
 /// largest. Pictures are turned upright as Exif and TIFF say.
 ///
 /// Memory: pictures of OpenEXR and Radiance consist of blocks of rows, which are compressed without loss as
-/// soon as they are decoded, to less than the file as a rule ([`envmap::Image::rows`]). Other formats, and luminance
-/// and chroma, take 12 bytes for each pixel of the result, and about as much more while they are decoded
-/// (twice with 64 bits in a sample). The result has at most [`crate::limits::MAX_PIXELS`], and
-/// a header that declares more than its file can hold is refused before that is allocated. A lossless WebP of
-/// any length can hold any picture.
+/// soon as they are decoded, to less than a file with ZIP, PIZ or RGBE ([`envmap::Image::rows`]). Other
+/// formats, and luminance and chroma, take 12 bytes for each pixel of the result, and about as much more
+/// while they are decoded (twice with 64 bits in a sample). The result has at most
+/// [`crate::limits::MAX_PIXELS`], and a header that declares more than its file can hold is refused before
+/// that is allocated. A lossless WebP of any length can hold any picture.
 ///
 /// # Errors
 /// If the file is empty, a Git LFS pointer, of another format, truncated, damaged or too large, uses
