@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
-use crate::support::{Project, assert_has, plain_paths, ran};
+use crate::support::{Project, plain_paths, ran};
 
 /// The test cases of a report: class, name, and what there is in them.
 fn cases<'a>(report: &'a Document<'_>) -> Vec<(&'a str, &'a str, Option<Node<'a, 'a>>)> {
@@ -184,7 +184,7 @@ fn names_and_messages_may_hold_anything() {
     let shown = shown.map(|name| format!("material [{name}]"));
     assert_eq!(found.iter().map(|(_, name, _)| *name).collect::<Vec<_>>(), shown);
     for (_, _, what) in &found {
-        assert_has(said(*what), [r"<\u{9b}\u{fffe}&", "hostile/"]);
+        crate::support::assert_has(said(*what), [r"<\u{9b}\u{fffe}&", "hostile/"]);
     }
     assert_eq!(cases(&report).len(), 2 * names.len());
 }
