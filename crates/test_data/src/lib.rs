@@ -69,6 +69,35 @@ pub fn skip(test: &str, why: &str) {
     say(&format!("SKIPPED {test}: {why}"));
 }
 
+/// A text with its paths as Unix has them: `C:\project\sky.exr` becomes
+/// `/project/sky.exr`. On Unix it is as it was.
+pub fn unix_paths(text: impl Into<String>) -> String {
+    let text = text.into();
+    if !cfg!(windows) {
+        return text;
+    }
+    // `\memory` is where the files of a kind's tests are.
+    let tops = [
+        (r"C:\project", "/project"),
+        (r"C:\assets", "/assets"),
+        (r"C:\users", "/users"),
+        (r"\memory", "/memory"),
+    ];
+    let text = tops.iter().fold(text, |text, (top, plain)| text.replace(top, plain));
+    let is_of_name = |c: &char| c.is_alphanumeric() || "_.-~$".contains(*c);
+    let mut before = ' ';
+    let mut characters = text.chars().peekable();
+    let mut plain = String::new();
+    while let Some(c) = characters.next() {
+        let separates = c == '\\' && is_of_name(&before) && characters.peek().is_none_or(is_of_name);
+        // Escapes of messages, such as `\u{301}`.
+        let is_escape = text[plain.len() + c.len_utf8()..].starts_with("u{");
+        plain.push(if separates && !is_escape { '/' } else { c });
+        before = c;
+    }
+    plain
+}
+
 /// The length of a long test: `full` if `CI` is set, otherwise `short`, which is reported. `what` says what
 /// it counts.
 pub fn length<N: Display>(test: &str, what: &str, full: N, short: N) -> N {
