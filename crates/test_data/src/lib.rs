@@ -76,20 +76,15 @@ pub fn unix_paths(text: impl Into<String>) -> String {
     if !cfg!(windows) {
         return text;
     }
-    // `\memory` is where the files of a kind's tests are.
-    let tops = [
-        (r"C:\project", "/project"),
-        (r"C:\assets", "/assets"),
-        (r"C:\users", "/users"),
-        (r"\memory", "/memory"),
-    ];
-    let text = tops.iter().fold(text, |text, (top, plain)| text.replace(top, plain));
+    let tops = ["project", "assets", "users"];
+    let text = tops.iter().fold(text, |text, top| text.replace(&format!(r"C:\{top}"), &format!("/{top}")));
     let is_of_name = |c: &char| c.is_alphanumeric() || "_.-~$".contains(*c);
     let mut before = ' ';
     let mut characters = text.chars().peekable();
     let mut plain = String::new();
     while let Some(c) = characters.next() {
-        let separates = c == '\\' && is_of_name(&before) && characters.peek().is_none_or(is_of_name);
+        let separates =
+            c == '\\' && (before == ' ' || is_of_name(&before)) && characters.peek().is_none_or(is_of_name);
         // Escapes of messages, such as `\u{301}`.
         let is_escape = text[plain.len() + c.len_utf8()..].starts_with("u{");
         plain.push(if separates && !is_escape { '/' } else { c });
