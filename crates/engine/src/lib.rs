@@ -37,7 +37,8 @@ pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCause, Summary, Work};
 pub use key::{Digest, ItemKey};
 pub use kinds::{
-    Artifact, Configured, Context, ErasedKind, ExportedFiles, Failure, Handle, Inputs, ItemFiles, Kind,
+    Artifact, Configured, Context, DerivedValues, ErasedKind, ExportedFiles, Failure, Handle, Inputs,
+    ItemFiles, Kind,
     Kinds, NamedPath, Output, Port, Product, RecipeReader, Reporter, Steps, stands_for_no_file,
 };
 pub use manifest::{

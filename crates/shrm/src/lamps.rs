@@ -115,12 +115,7 @@ impl Lamps {
         }
     }
 
-    /// The points of the lights in the frame of a central direction.
-    pub(crate) fn about(&self, central: Direction) -> Vec<LocalLight> {
-        in_frame(&self.points(), central)
-    }
-
-    /// The radiance of such lights toward a view in the frame of their central direction.
+    /// The radiance of lights that [`in_frame`] gives, toward a view in the frame of their central direction.
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
         let surface = self.material.centre().surface_frame(outgoing);
         let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());

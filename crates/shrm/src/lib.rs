@@ -27,10 +27,12 @@ mod reflection;
 mod resample;
 mod resolution;
 pub mod ringing;
+mod samples;
 pub mod shader;
 mod sphere_map;
 pub mod stops;
 mod synthesis;
+mod turned_light;
 mod view_set;
 mod view_table;
 
@@ -55,6 +57,7 @@ pub use sphere_map::{
     SphereMapError, add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps,
 };
 pub use synthesis::{MOST_VALUES, SynthesisError};
+pub use turned_light::TurnedLight;
 pub use view_set::{MapViews, ViewSet};
 
 /// The revisions of the kernels, for the kinds of stage that call them.

@@ -14,6 +14,7 @@ use sphere::{Cube, Direction, spiral};
 
 use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
 use crate::degrees::{BLACK_SHARE, SAMPLES, add, seen};
+use crate::lamps::in_frame;
 use crate::{MapGrid, Reflection, SynthesisError, View, frame, stops};
 
 /// The edge of the cube at whose texels maps with lamps in them are tried: as many as [`SAMPLES`] has.
@@ -168,6 +169,7 @@ impl Reflection {
     ) -> Result<Vec<Sample>, Stopped> {
         let basis = Basis::new(self.brdf().p());
         let base = content.base.map(|base| (base, base.lamps().map(crate::Lamps::for_views)));
+        let lamps = self.lamps().map(|lamps| (lamps, lamps.points()));
         let at = |index: usize| {
             stop.check()?;
             let central = central(index);
@@ -175,7 +177,7 @@ impl Reflection {
             let light = rotate_orders(self.lighting(), frame(central).inverse(), side);
             let mut rows = vec![[0.0; 3]; self.brdf().p().rows()];
             (0..=self.brdf().f().get()).for_each(|l| add(&mut rows, &light, self.brdf(), l));
-            let lights = self.lamps().map(|lamps| (lamps, lamps.about(central)));
+            let lights = lamps.as_ref().map(|(lamps, points)| (lamps, in_frame(points, central)));
             let mut y = vec![0.0; rows.len()];
             let sample = |view: usize| {
                 let outgoing = seen(self.brdf().centre(), index * SAMPLES[1] + view);
