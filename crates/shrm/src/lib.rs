@@ -37,7 +37,7 @@ mod view_set;
 mod view_table;
 
 pub use azimuth::azimuthal_share;
-pub use baking::BAKED_AT_ONCE;
+pub use baking::{BAKED_AT_ONCE, LampTables};
 pub use blocks::blocks;
 pub use degree_rule::{DegreeRule, MapDegree, MapTolerance, SMALL_P};
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
