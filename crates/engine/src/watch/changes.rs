@@ -33,6 +33,13 @@ use crate::storage::being_written;
 /// How often a waiting watcher checks whether it is to stop.
 const STOP_INTERVAL: Duration = Duration::from_millis(100);
 
+/// The quiet time after changes of files that are known to be complete: a program that saves several files does
+/// so without a pause.
+const SAVING: Duration = Duration::from_millis(2);
+
+/// A longer quiet time than this was asked for on purpose, because of files that belong together.
+const ON_PURPOSE: Duration = Duration::from_millis(20);
+
 /// How long no exported file is removed before the removed ones are restored: a program that removes a folder
 /// of them would fail if they came back meanwhile.
 const REMOVING: Duration = Duration::from_millis(300);
@@ -48,6 +55,8 @@ pub(super) struct Hints {
     /// Whether something may have changed that is not among the paths.
     is_uncertain: bool,
     first: Option<Instant>,
+    /// Whether it is not known of some change that it is complete.
+    may_go_on: bool,
     /// When the first and the last of the changes could be built.
     ready: Option<(Instant, Instant)>,
 }
@@ -56,6 +65,7 @@ impl Hints {
     /// Notes that something changed now, and can be built.
     fn add_now(&mut self) {
         let now = Instant::now();
+        self.may_go_on = true;
         self.add(now, now, now);
     }
 
@@ -76,8 +86,10 @@ impl Hints {
         Some(removed)
     }
 
-    /// When the changes are to be built: after a quiet time.
+    /// When the changes are to be built: after a quiet time, which is short if all of them are complete.
     fn due(&self, quiet: Duration) -> Option<Instant> {
+        let is_short = !self.may_go_on && quiet <= ON_PURPOSE;
+        let quiet = if is_short { quiet.min(SAVING) } else { quiet };
         self.ready.map(|(first, last)| (last + quiet).min(first + quiet * MOST_QUIET_TIMES))
     }
 
@@ -105,6 +117,7 @@ impl Hints {
         self.removed_outputs.extend(others.removed_outputs);
         self.lost |= others.lost;
         self.is_uncertain |= others.is_uncertain;
+        self.may_go_on |= others.may_go_on;
         self.first = self.first.into_iter().chain(others.first).min();
         self.ready = match (self.ready, others.ready) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
@@ -489,10 +502,16 @@ impl ChangeCollector {
                     self.finished(path, &file, since);
                 }
             }
-            FileEvent::Replaced => match self.unfinished.take(&path) {
-                Some(file) => self.finished(path, &file, file.complete_since.unwrap_or(now)),
-                None => self.changed(path, existed),
-            },
+            FileEvent::Replaced => {
+                // A program may put another file in the place of one that is gone, or files into a folder.
+                let is_complete = fs::metadata(&path).is_ok_and(|found| found.is_file());
+                self.hints.may_go_on |= !is_complete;
+                let file = self.unfinished.take(&path);
+                let since = file.as_ref().and_then(|file| file.complete_since).unwrap_or(now);
+                let (existed, first) = file.map_or((existed, now), |file| (file.existed, file.first));
+                self.hints.paths.entry(path).or_insert(existed);
+                self.hints.add(first, since, now);
+            }
             FileEvent::Changed => {
                 if !self.unfinished.changed(&path, existed, now) {
                     self.changed(path, existed);
