@@ -1,15 +1,15 @@
-//! How long a lighting designer waits: the project of `watch-latency`, its edits and what they are measured
+//! How long a lighting designer waits: the projects of `watch-latency`, their edits and what they are measured
 //! by.
 //!
-//! The manifest and the materials in `frozen-watch` are frozen: they stay as they are, so that figures can be
-//! compared over time. The environments are a gradient with a sun and grain, 1024 x 512, half floats with ZIP
-//! compression.
+//! The manifests and the materials in `frozen-watch` and `frozen-defaults` are frozen: they stay as they are,
+//! so that figures can be compared over time. The environments are a gradient with a sun and grain, 1024 x
+//! 512, half floats with ZIP compression; in place of that of the second project a photograph may be given.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use containers::Precision;
+use containers::{Precision, ReadOptions};
 use envmap::Image;
 use sphere::{Direction, LatLong};
 
@@ -85,6 +85,76 @@ impl Project {
     }
 }
 
+/// The exports of [`DefaultsProject`].
+pub const DEFAULT_EXPORTS: [&str; 2] = ["map", "shrm"];
+
+/// A copy of the second frozen project: one environment, one metal, and nothing but defaults.
+pub struct DefaultsProject {
+    folder: tempfile::TempDir,
+    photograph: Option<Image>,
+    edits: u32,
+}
+
+impl DefaultsProject {
+    /// The project with nothing built; the environment is a photograph in any format that Specula reads, or
+    /// the gradient.
+    ///
+    /// # Errors
+    /// Where the photograph cannot be read or the folder cannot be written.
+    pub fn new(photograph: Option<&Path>) -> io::Result<Self> {
+        let photograph = match photograph {
+            Some(path) => {
+                let read = containers::read_image(&fs::read(path)?, &ReadOptions::default());
+                Some(read.map_err(io::Error::other)?.image)
+            }
+            None => None,
+        };
+        let mut project = Self { folder: tempfile::tempdir()?, photograph, edits: 0 };
+        for folder in ["environments", "materials"] {
+            fs::create_dir(project.folder.path().join(folder))?;
+        }
+        fs::copy(of_defaults("pipeline.toml"), project.manifest())?;
+        fs::copy(of_defaults(&material("gold")), project.folder.path().join(material("gold")))?;
+        project.next_light().save()?;
+        Ok(project)
+    }
+
+    /// The manifest.
+    pub fn manifest(&self) -> PathBuf {
+        self.folder.path().join("pipeline.toml")
+    }
+
+    /// An edit of the metal's roughness, to a value between 0.2 and 0.4 that it never had before.
+    ///
+    /// # Errors
+    /// Where the frozen material cannot be read.
+    pub fn next_material(&mut self) -> io::Result<Edit> {
+        self.edits += 1;
+        let text = fs::read_to_string(of_defaults(&material("gold")))?;
+        let roughness = 0.2 + 0.2 * (f64::from(self.edits) * 0.618_034).fract();
+        let changed = text.replace("roughness = 0.3", &format!("roughness = {roughness:.6}"));
+        assert_ne!(text, changed, "the edit changes the file");
+        let place = self.folder.path().join(material("gold"));
+        Ok(Edit { place, content: changed.into_bytes(), exports: DEFAULT_EXPORTS.len() })
+    }
+
+    /// An edit of the environment: the photograph is brighter by a few tenths of a percent, or the sun of the
+    /// gradient has moved.
+    pub fn next_light(&mut self) -> Edit {
+        self.edits += 1;
+        let content = match &self.photograph {
+            Some(photograph) => {
+                let exposure = 1.0 + 0.004 * self.edits as f32;
+                let pixels = photograph.pixels().iter().map(|pixel| pixel.map(|value| exposure * value));
+                encoded(photograph.width(), photograph.height(), pixels.collect())
+            }
+            None => sky(0.005 + 0.01 * f64::from(self.edits)),
+        };
+        let place = self.folder.path().join(environment("studio"));
+        Edit { place, content, exports: DEFAULT_EXPORTS.len() }
+    }
+}
+
 /// A save of a file.
 pub struct Edit {
     place: PathBuf,
@@ -107,6 +177,10 @@ impl Edit {
 
 fn frozen(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("frozen-watch").join(name)
+}
+
+fn of_defaults(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("frozen-defaults").join(name)
 }
 
 fn material(name: &str) -> String {
@@ -134,7 +208,12 @@ fn sky(azimuth: f64) -> Vec<u8> {
             pixels.push([0.4, 0.6, 1.0].map(|tint| (tint * up + disk + noise) as f32));
         }
     }
-    let image = Image::new(grid.width, grid.height, pixels).expect("the pixels fill the image");
+    encoded(grid.width, grid.height, pixels)
+}
+
+/// The bytes of an EXR file.
+fn encoded(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Vec<u8> {
+    let image = Image::new(width, height, pixels).expect("the pixels fill the image");
     containers::write_exr(&image, Precision::Half, None).expect("the image can be encoded").bytes
 }
 
@@ -157,5 +236,19 @@ mod tests {
         }
         let plan = engine::Plan::load(&project.manifest(), &stages::kinds()).unwrap();
         assert_eq!(plan.items.len(), 2 + 4 + 2 + 4 + 8 + 8);
+    }
+
+    #[test]
+    fn every_edit_of_the_defaults_is_one_that_no_cache_knows() {
+        let mut project = DefaultsProject::new(None).unwrap();
+        let plan = engine::Plan::load(&project.manifest(), &stages::kinds()).unwrap();
+        assert_eq!(plan.items.len(), 7);
+        assert!(DEFAULT_EXPORTS.iter().all(|name| plan.stages.iter().any(|stage| stage.name == *name)));
+        let mut seen = std::collections::HashSet::new();
+        seen.insert(fs::read(project.folder.path().join(environment("studio"))).unwrap());
+        for _ in 0..3 {
+            assert!(seen.insert(project.next_material().unwrap().content));
+            assert!(seen.insert(project.next_light().content));
+        }
     }
 }

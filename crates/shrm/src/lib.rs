@@ -45,7 +45,7 @@ pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use map_degree::MapContent;
-pub use mean_lobe::{MeanLight, MeanLobe};
+pub use mean_lobe::{DiskMeans, MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
     Distribution, FastChain, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel,

@@ -9,8 +9,8 @@ use crate::storage::Memory;
 /// Keeps values that kinds compute from artifacts, for later runs that need the same ones: under `watch`, an
 /// edit of a material leaves what was computed of the light as it was.
 ///
-/// It is a memory of pure functions: a value depends on nothing but the artifact and the numbers that name
-/// it, so that outputs have the same bytes with and without it. Values share the memory of `watch` for
+/// It is a memory of pure functions: a value depends on nothing but the artifact (or what else the digest is
+/// of) and the numbers that name it, so that outputs have the same bytes with and without it. Values share the memory of `watch` for
 /// decoded artifacts, and those that were not used for the longest time are dropped first; a build without a
 /// watcher keeps none.
 #[derive(Clone, Copy, Default)]
