@@ -1,5 +1,5 @@
-//! How long a lighting designer waits: the projects of `watch-latency`, their edits and what they are measured
-//! by.
+//! How long a lighting designer waits: the projects of `watch-latency`, their edits and what they are
+//! measured by.
 //!
 //! The manifests and the materials in `frozen-watch` and `frozen-defaults` are frozen: they stay as they are,
 //! so that figures can be compared over time. The environments are a gradient with a sun and grain, 1024 x

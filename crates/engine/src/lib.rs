@@ -38,8 +38,8 @@ pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCaus
 pub use key::{Digest, ItemKey};
 pub use kinds::{
     Artifact, Configured, Context, DerivedValues, ErasedKind, ExportedFiles, Failure, Handle, Inputs,
-    ItemFiles, Kind,
-    Kinds, NamedPath, Output, Port, Product, RecipeReader, Reporter, Steps, stands_for_no_file,
+    ItemFiles, Kind, Kinds, NamedPath, Output, Port, Product, RecipeReader, Reporter, Steps,
+    stands_for_no_file,
 };
 pub use manifest::{
     Choice, Diagnostic, Diagnostics, Document, Entry, Field, Number, OrAuto, Parameter, Parameters, Range,

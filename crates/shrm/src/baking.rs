@@ -85,8 +85,8 @@ impl Reflection {
 
     /// Some texels of [`Reflection::bake`]'s local map of degree `p`, from the local map that
     /// [`Reflection::synthesise`] makes; if they have to be fitted, texels that are not listed are black. The
-    /// work is that of the listed texels. `tables` serve this reflection alone. `stop` is asked between blocks
-    /// of texels.
+    /// work is that of the listed texels. `tables` serve this reflection alone. `stop` is asked between
+    /// blocks of texels.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`].
@@ -110,7 +110,6 @@ impl Reflection {
             }
         }
     }
-
 }
 
 impl TexelFit<'_> {
@@ -342,11 +341,16 @@ mod tests {
         }
         // Some texels alone are those of the whole map.
         let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
-        let some = reflection.bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), Stop::NEVER).unwrap();
+        let some = reflection
+            .bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), Stop::NEVER)
+            .unwrap();
         assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
         assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
         let stop = Stop::when(&|| true);
-        assert_eq!(reflection.bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), stop), Err(Stopped.into()));
+        assert_eq!(
+            reflection.bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), stop),
+            Err(Stopped.into())
+        );
         assert_eq!(reflection.bake(grid, View::Local, most_p(), stop), Err(Stopped.into()));
     }
 
@@ -370,7 +374,8 @@ mod tests {
         let (reflection, _) = Reflection::for_light(&studio(), &brdf, material, Stop::NEVER).unwrap();
         let soft = reflection.synthesise(MapGrid::Cube(Cube { edge: 8 }), View::Local, Stop::NEVER).unwrap();
         let lamps = reflection.lamps().unwrap();
-        let fit = TexelFit::new(&reflection, &soft, lamps, Degree::new(p).unwrap(), &mut LampTables::default());
+        let fit =
+            TexelFit::new(&reflection, &soft, lamps, Degree::new(p).unwrap(), &mut LampTables::default());
         for first in (0..soft.grid().len()).step_by(3 * BAKED_AT_ONCE) {
             let texels: Vec<usize> = (first..soft.grid().len()).take(BAKED_AT_ONCE).collect();
             let [_, lit, _] = fit.light(&texels, SimdLevel::detect());

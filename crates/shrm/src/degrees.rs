@@ -204,8 +204,8 @@ impl ForLight<Reflection> {
 }
 
 impl TurnedLight {
-    /// The turned light that serves coefficients of a material in the choice of their degrees. `stop` is asked
-    /// [`STEPS`] times, every few milliseconds on every thread.
+    /// The turned light that serves coefficients of a material in the choice of their degrees. `stop` is
+    /// asked [`STEPS`] times, every few milliseconds on every thread.
     ///
     /// # Errors
     /// If it was stopped.

@@ -138,8 +138,7 @@ impl Reflection {
     ) -> Result<(Shrm, Vec<Sample>), SynthesisError> {
         let grid = MapGrid::Cube(Cube { edge: EDGE });
         let sampled = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
-        let (p, terms) =
-            (self.brdf().p(), if self.is_azimuth_free() { Terms::Zonal } else { Terms::All });
+        let (p, terms) = (self.brdf().p(), if self.is_azimuth_free() { Terms::Zonal } else { Terms::All });
         let is_kept = |row: usize| match terms {
             Terms::All => true,
             Terms::Zonal => row == row.isqrt() * (row.isqrt() + 1),
@@ -258,8 +257,8 @@ mod tests {
     use sh::{Expansion, Light, Lighting};
 
     use super::*;
-    use crate::accuracy::Accuracy;
     use crate::MapTolerance;
+    use crate::accuracy::Accuracy;
 
     /// A metal under a few bright windows, with a sun if that is asked for.
     fn field(sunny: bool) -> Reflection {
@@ -307,7 +306,10 @@ mod tests {
             assert!(chosen.is_met && chosen.p95 <= 0.2 && chosen.p99 <= 0.5, "{chosen:?}");
             if chosen.p.get() > 0 {
                 let less = DegreeRule { most_p: chosen.p.get() - 1, ..rule };
-                assert!(!field.map_degree(content, less, &mut LampTables::default(), Stop::NEVER).unwrap().is_met, "{chosen:?}");
+                assert!(
+                    !field.map_degree(content, less, &mut LampTables::default(), Stop::NEVER).unwrap().is_met,
+                    "{chosen:?}"
+                );
             }
             let grid = MapGrid::Cube(Cube { edge: 7 });
             let map = if lamps {
@@ -345,7 +347,12 @@ mod tests {
         let white = Material::Lambert(brdf::Lambert::new([0.8; 3]).unwrap());
         let brdf = project(&white, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let base = Reflection::convolve(&field.lighting().to_degree(Degree::new(4).unwrap()), &brdf);
-        let error = |base| field.map_degree(MapContent { base, ..BESIDE }, rule, &mut LampTables::default(), Stop::NEVER).unwrap().p95;
+        let error = |base| {
+            field
+                .map_degree(MapContent { base, ..BESIDE }, rule, &mut LampTables::default(), Stop::NEVER)
+                .unwrap()
+                .p95
+        };
         assert!(error(Some(&base)) < 0.9 * error(None), "{} {}", error(Some(&base)), error(None));
     }
 

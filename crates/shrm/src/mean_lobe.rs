@@ -275,7 +275,8 @@ impl Nodes {
                     if half <= 0.0 {
                         continue;
                     }
-                    let is_smooth = [lowest, edge, highest].iter().all(|end| (end - centre).abs() > 3.0 * half);
+                    let is_smooth =
+                        [lowest, edge, highest].iter().all(|end| (end - centre).abs() > 3.0 * half);
                     for &(place, weight) in if is_smooth { &GAUSS[..] } else { &GAUSS_AT_ENDS[..] } {
                         let (sine, arc) = circles.arc(centre + half * place);
                         let weight = weight * half * arc;

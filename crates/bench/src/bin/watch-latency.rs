@@ -128,7 +128,9 @@ fn stage_times(edit: &Edit, events: &Receiver<Heard>) -> BTreeMap<String, f64> {
                 times.insert(format!("until {}", item.stage), 1e3 * (when - saved).as_secs_f64());
             }
             Event::Failed { item, error, .. } => panic!("{item} failed: {error:?}"),
-            Event::Ended(_) if DEFAULT_EXPORTS.iter().all(|name| times.contains_key(&format!("until {name}"))) => {
+            Event::Ended(_)
+                if DEFAULT_EXPORTS.iter().all(|name| times.contains_key(&format!("until {name}"))) =>
+            {
                 return times;
             }
             _ => {}

@@ -95,7 +95,9 @@ pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usiz
     let level = SimdLevel::detect();
     let columns: Vec<Vec<F64x4>> = (0..=grid.p.min(grid.f))
         .into_par_iter()
-        .map(|q| level.run(IncidentMoments { incident: &incident, slices: &slices, legendre: &legendre, q, grid }))
+        .map(|q| {
+            level.run(IncidentMoments { incident: &incident, slices: &slices, legendre: &legendre, q, grid })
+        })
         .collect();
     for (q, column) in columns.iter().enumerate() {
         let row = vectors_of(q, grid);

@@ -122,7 +122,10 @@ mod tests {
                 Legendre::new(40, 7).order(q, &[theta.cos(); 3], &[theta.sin(); 3], |l, value| {
                     let expected = rows[l * l + l + q] / if q > 0 { 2f64.sqrt() } else { 1.0 };
                     let error = value.map(|value| (value - expected).abs());
-                    assert!(error.iter().all(|error| *error < 1e-12), "{l} {q} {theta}: {value:?} {expected}");
+                    assert!(
+                        error.iter().all(|error| *error < 1e-12),
+                        "{l} {q} {theta}: {value:?} {expected}"
+                    );
                 });
             }
         }

@@ -18,8 +18,8 @@ use crate::error::Error;
 use crate::event::Reason;
 use crate::key::{Digest, ItemKey};
 use crate::kinds::{
-    Artifact, Context, DerivedValues, ExportedFiles, Failure, Gate, Handle, KeyedHandles, Output, Product, ShareDone,
-    WHEN_WRITTEN,
+    Artifact, Context, DerivedValues, ExportedFiles, Failure, Gate, Handle, KeyedHandles, Output, Product,
+    ShareDone, WHEN_WRITTEN,
 };
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};

@@ -10,9 +10,9 @@ use crate::storage::Memory;
 /// edit of a material leaves what was computed of the light as it was.
 ///
 /// It is a memory of pure functions: a value depends on nothing but the artifact (or what else the digest is
-/// of) and the numbers that name it, so that outputs have the same bytes with and without it. Values share the memory of `watch` for
-/// decoded artifacts, and those that were not used for the longest time are dropped first; a build without a
-/// watcher keeps none.
+/// of) and the numbers that name it, so that outputs have the same bytes with and without it. Values share
+/// the memory of `watch` for decoded artifacts, and those that were not used for the longest time are dropped
+/// first; a build without a watcher keeps none.
 #[derive(Clone, Copy, Default)]
 pub struct DerivedValues<'a> {
     pub(crate) memory: Option<&'a Memory>,

@@ -33,8 +33,8 @@ use crate::storage::being_written;
 /// How often a waiting watcher checks whether it is to stop.
 const STOP_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The quiet time after changes of files that are known to be complete: a program that saves several files does
-/// so without a pause.
+/// The quiet time after changes of files that are known to be complete: a program that saves several files
+/// does so without a pause.
 const SAVING: Duration = Duration::from_millis(2);
 
 /// A longer quiet time than this was asked for on purpose, because of files that belong together.

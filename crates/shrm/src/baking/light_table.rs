@@ -257,7 +257,8 @@ impl WithSimd for AddLights<'_> {
                 if of_disk <= 0.0 {
                     continue;
                 }
-                for (([below, above], part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors)) {
+                for (([below, above], part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors))
+                {
                     let (a, b) = (table.of_azimuth(disk, k, *below), table.of_azimuth(disk, k, *above));
                     let (c, d) =
                         (table.of_azimuth(disk, k + 1, *below), table.of_azimuth(disk, k + 1, *above));

@@ -1,5 +1,5 @@
-//! The samples at which cuts are compared: central directions spread over the sphere, and at each of them views
-//! as a ball shows them to a distant camera.
+//! The samples at which cuts are compared: central directions spread over the sphere, and at each of them
+//! views as a ball shows them to a distant camera.
 
 use brdf::{BrdfCoefficients, Centre};
 use rayon::prelude::*;
@@ -69,7 +69,12 @@ pub(super) struct Sample {
 }
 
 impl Trial {
-    pub(super) fn new(lighting: &Expansion, brdf: &BrdfCoefficients, centrals: usize, rule: Option<DegreeRule>) -> Self {
+    pub(super) fn new(
+        lighting: &Expansion,
+        brdf: &BrdfCoefficients,
+        centrals: usize,
+        rule: Option<DegreeRule>,
+    ) -> Self {
         let (most_f, most_p) = (brdf.f().min(lighting.degree()).get(), brdf.p().get());
         let mut f: Vec<usize> = TRIED_F.into_iter().filter(|f| *f < most_f).collect();
         f.push(most_f);

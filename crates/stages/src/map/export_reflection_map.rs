@@ -175,9 +175,7 @@ fn files(
     let grid = pictures.grid();
     let pixels = match parameters.lamps {
         LampsName::Baked => texels(reflection, plain, grid, &context.derived)?,
-        LampsName::Separate => {
-            texels(&reflection.clone().without_lamps(), plain, grid, &context.derived)?
-        }
+        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid, &context.derived)?,
     };
     reporter.check_cancelled()?;
     report_negatives(parameters.format, &pixels, reporter);

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use engine::{Artifact, Context, Failure, Port, Reporter, Steps};
 use sh::Degree;
 use shrm::{
-    BAKED_AT_ONCE, ByteBudget, DegreeRule, LampTables, MapContent, MapDegree, MapGrid, MapLayout, MapTolerance,
-    Reflection, Shrm, Terms, View,
+    BAKED_AT_ONCE, ByteBudget, DegreeRule, LampTables, MapContent, MapDegree, MapGrid, MapLayout,
+    MapTolerance, Reflection, Shrm, Terms, View,
 };
 use sphere::{Cube, LatLong};
 

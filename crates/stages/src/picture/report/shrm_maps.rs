@@ -185,7 +185,8 @@ impl SeenPixels<'_> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let map = reporter.until_stopped(|stop| reflection.bake_texels(soft, p, &seen, &mut LampTables::default(), stop))?;
+        let map = reporter
+            .until_stopped(|stop| reflection.bake_texels(soft, p, &seen, &mut LampTables::default(), stop))?;
         Ok((map, lattice))
     }
 }
