@@ -219,6 +219,10 @@ fn encoded(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use engine::{BuildOptions, BuildSession, Cancel};
+
     use super::*;
 
     #[test]
@@ -249,6 +253,72 @@ mod tests {
         for _ in 0..3 {
             assert!(seen.insert(project.next_material().unwrap().content));
             assert!(seen.insert(project.next_light().content));
+        }
+    }
+
+    /// The exported files of a project, by their names in `out`.
+    fn exports(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+        let (mut found, mut open) = (BTreeMap::new(), vec![folder.join("out")]);
+        while let Some(inside) = open.pop() {
+            for entry in fs::read_dir(inside).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    let name = path.strip_prefix(folder).unwrap().to_path_buf();
+                    found.insert(name, fs::read(path).unwrap());
+                }
+            }
+        }
+        found
+    }
+
+    /// What stays in memory under `watch` saves time and changes no byte: also for a material of two parts, and
+    /// after an edit of the light.
+    #[test]
+    fn an_edit_gives_the_bytes_of_a_build_from_scratch() {
+        let mut project = DefaultsProject::new(None).unwrap();
+        let plastic = "model = \"standard\"\nbase_color = [0.1, 0.3, 0.6]\nroughness = 0.4\n";
+        fs::write(project.folder.path().join(material("plastic")), plastic).unwrap();
+        let kinds = stages::kinds();
+        let build = |session: &BuildSession, manifest: &Path| {
+            let plan = engine::Plan::load(manifest, &kinds).unwrap();
+            let summary = session
+                .build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {})
+                .expect("the build begins");
+            assert_eq!((summary.failed, summary.skipped), (0, 0));
+            summary.ran
+        };
+        let warm = BuildSession::new(None, 512 << 20).unwrap();
+        assert_eq!(build(&warm, &project.manifest()), 12);
+        let mut versions = vec![exports(project.folder.path())];
+        for edit in [project.next_material().unwrap(), project.next_light(), project.next_material().unwrap()]
+        {
+            edit.save().unwrap();
+            build(&warm, &project.manifest());
+            let scratch = tempfile::tempdir().unwrap();
+            for folder in ["", "environments", "materials"] {
+                let to = scratch.path().join(folder);
+                fs::create_dir_all(&to).unwrap();
+                for entry in fs::read_dir(project.folder.path().join(folder)).unwrap() {
+                    let path = entry.unwrap().path();
+                    if path.is_file() {
+                        fs::copy(&path, to.join(path.file_name().unwrap())).unwrap();
+                    }
+                }
+            }
+            let cold = BuildSession::new(None, 0).unwrap();
+            assert_eq!(build(&cold, &scratch.path().join("pipeline.toml")), 12);
+            let found = exports(project.folder.path());
+            assert!(
+                found.len() > 14,
+                "six faces of a map and an SHRM, and more of the plastic, which has two parts"
+            );
+            assert!(found == exports(scratch.path()), "an edit gives other bytes than a build from scratch");
+            versions.push(found);
+        }
+        for (before, after) in versions.iter().zip(&versions[1..]) {
+            assert!(before != after, "the edit changes the exports");
         }
     }
 }

@@ -173,6 +173,8 @@ impl<'a> Watcher<'a> {
     ) -> Result<Self, Error> {
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
         session.watched = Some(collector.watched_changes());
+        let sender = collector.sender();
+        cancel.when_cancelled(move || drop(sender.send(WatchMessage::Wake)));
         Ok(Self {
             loader: ManifestLoader::new(manifest.clone(), kinds),
             manifest: manifest.path.clone(),

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use notify::event::{EventKind, ModifyKind, RenameMode};
@@ -29,9 +29,6 @@ use crate::plan::Plan;
 use crate::platform;
 use crate::platform::{has_other_names, path_text};
 use crate::storage::being_written;
-
-/// How often a waiting watcher checks whether it is to stop.
-const STOP_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The quiet time after changes of files that are known to be complete: a program that saves several files
 /// does so without a pause.
@@ -338,8 +335,8 @@ impl ChangeCollector {
         })
     }
 
-    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so. A
-    /// file that is still being written does not count as a change until it is finished.
+    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so and a
+    /// message comes. A file that is still being written does not count as a change until it is finished.
     pub(super) fn wait(&mut self, timeout: Option<Instant>, stop: &dyn Fn() -> bool) -> Wakeup {
         loop {
             self.receive_all();
@@ -363,13 +360,14 @@ impl ChangeCollector {
                 return Wakeup::Timeout;
             }
             let poll = self.poller.as_ref().map(Poller::next);
+            let timeout = timeout.filter(|_| due.is_none());
             let next = [due, timeout, poll, self.unfinished.next()].into_iter().flatten().min();
-            let pause =
-                next.map_or(STOP_INTERVAL, |next| next.saturating_duration_since(now).min(STOP_INTERVAL));
-            match self.messages.recv_timeout(pause) {
-                Ok(message) => self.receive(message),
-                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
-            }
+            // Whoever changes what `stop` says sends a message.
+            let message = match next {
+                Some(next) => self.messages.recv_timeout(next.saturating_duration_since(now)).ok(),
+                None => self.messages.recv().ok(),
+            };
+            message.into_iter().for_each(|message| self.receive(message));
         }
     }
 
