@@ -52,7 +52,8 @@ impl Cancel {
 
     /// Whether to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.flag.is_set.load(Ordering::Relaxed) || self.parent.as_ref().is_some_and(|parent| parent.is_cancelled())
+        self.flag.is_set.load(Ordering::Relaxed)
+            || self.parent.as_ref().is_some_and(|parent| parent.is_cancelled())
     }
 }
 
