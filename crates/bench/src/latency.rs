@@ -273,8 +273,8 @@ mod tests {
         found
     }
 
-    /// What stays in memory under `watch` saves time and changes no byte: also for a material of two parts, and
-    /// after an edit of the light.
+    /// What stays in memory under `watch` saves time and changes no byte: also for a material of two parts,
+    /// and after an edit of the light.
     #[test]
     fn an_edit_gives_the_bytes_of_a_build_from_scratch() {
         let mut project = DefaultsProject::new(None).unwrap();
