@@ -28,6 +28,7 @@ mod stop;
 #[cfg(test)]
 mod testkit;
 mod transform;
+mod vector;
 pub mod wigner;
 mod window;
 

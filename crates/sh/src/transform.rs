@@ -13,15 +13,16 @@ mod fourier;
 mod grid;
 mod plan;
 mod resample;
+mod sample;
 mod spare;
 mod sums;
 mod synthesis;
 #[cfg(test)]
 mod tests;
 
-pub use fourier::Sample;
 pub use grid::{GaussGrid, Grid};
 pub use plan::TransformError;
+pub use sample::Sample;
 pub use synthesis::Synthesis;
 
 use crate::f64x4::SimdLevel;

@@ -2,9 +2,10 @@ use sphere::{DVec3, LatLong};
 
 use super::sums::{Evaluate, ODD, PARTS, Project, Rows};
 use super::*;
-use crate::f64x4::{F64x4, LANES, SimdLevel};
+use crate::f64x4::SimdLevel;
 use crate::legendre::LegendreRecurrence;
 use crate::quadrature;
+use crate::vector::{F64x8, LANES};
 use test_data::reference;
 
 use crate::testkit::{Noise, harmonics, legendre, relative_error};
@@ -317,9 +318,9 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
         } else {
             terms[k][ODD] = recurrence.odd(k);
         }
-        let mut columns = vec![[F64x4::ZERO; PARTS]; rows.groups()];
+        let mut columns = vec![[F64x8::ZERO; PARTS]; rows.groups()];
         let level = SimdLevel::detect();
-        level.run(Evaluate {
+        level.run_wide(Evaluate {
             rows: &rows,
             recurrence: &recurrence,
             degree: l_max,
@@ -345,10 +346,10 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
             let x = if odd { rows.cosine[group].0[lane] } else { 1.0 };
             columns[group][part].0[lane] *= weight * x;
         }
-        let mut scratch = [(); 2].map(|()| vec![F64x4::ZERO; rows.groups()]);
+        let mut scratch = [(); 2].map(|()| vec![F64x8::ZERO; rows.groups()]);
         let [current, previous] = &mut scratch;
-        let mut sums = vec![[F64x4::ZERO; PARTS]; steps];
-        level.run(Project {
+        let mut sums = vec![[F64x8::ZERO; PARTS]; steps];
+        level.run_wide(Project {
             rows: &rows,
             recurrence: &recurrence,
             degree: l_max,
