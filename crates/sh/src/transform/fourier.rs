@@ -161,20 +161,21 @@ impl<T: Sample> WithTranspose for Interleave<'_, T> {
     #[inline(always)]
     fn with_transpose<S: Transpose>(self, simd: S) {
         let Self { pairs, rows } = self;
-        for (start, rows) in (0..).step_by(LANES).zip(rows.chunks_mut(LANES)) {
-            for (part, lines) in pairs.iter().enumerate() {
-                if rows.len() == LANES {
-                    let mut tile = [[T::ZERO; LANES]; LANES];
-                    for (tile, line) in tile.iter_mut().zip(lines) {
-                        tile.copy_from_slice(&line[start..start + LANES]);
-                    }
-                    for (row, values) in rows.iter_mut().zip(T::transpose(simd, tile)) {
-                        row[part] = Vector8(values);
-                    }
-                } else {
-                    for (i, row) in (start..).zip(&mut *rows) {
-                        row[part] = Vector8(lines.map(|line| line[i]));
-                    }
+        let (tiles, rest) = rows.as_chunks_mut::<LANES>();
+        let whole = LANES * tiles.len();
+        for (part, lines) in pairs.iter().enumerate() {
+            for (i, rows) in (whole..).zip(&mut *rest) {
+                rows[part] = Vector8(lines.map(|line| line[i]));
+            }
+        }
+        let lines = pairs.map(|lines| lines.map(|line| line.as_chunks::<LANES>().0));
+        for (i, rows) in tiles.iter_mut().enumerate() {
+            for (part, lines) in lines.iter().enumerate() {
+                let [a, b, c, d, e, f, g, h] = lines;
+                let tile = [a[i], b[i], c[i], d[i], e[i], f[i], g[i], h[i]];
+                let tile = T::transpose(simd, tile);
+                for j in 0..LANES {
+                    rows[j][part].0 = tile[j];
                 }
             }
         }
@@ -191,18 +192,26 @@ impl<T: Sample> WithTranspose for Spread<'_, T> {
     #[inline(always)]
     fn with_transpose<S: Transpose>(self, simd: S) {
         let Self { rows, mut pairs } = self;
-        for (start, rows) in (0..).step_by(LANES).zip(rows.chunks(LANES)) {
-            for (part, lines) in pairs.iter_mut().enumerate() {
+        let (tiles, rest) = rows.as_chunks::<LANES>();
+        let whole = LANES * tiles.len();
+        for (part, lines) in pairs.iter_mut().enumerate() {
+            for (lane, line) in lines.iter_mut().enumerate().filter(|(_, line)| !line.is_empty()) {
+                for (to, rows) in line[whole..].iter_mut().zip(rest) {
+                    *to = rows[part].0[lane];
+                }
+            }
+        }
+        let mut lines = pairs.map(|lines| lines.map(|line| line.as_chunks_mut::<LANES>().0));
+        for (i, rows) in tiles.iter().enumerate() {
+            for (part, lines) in lines.iter_mut().enumerate() {
                 let mut tile = [[T::ZERO; LANES]; LANES];
-                for (tile, row) in tile.iter_mut().zip(rows) {
-                    *tile = row[part].0;
+                for j in 0..LANES {
+                    tile[j] = rows[j][part].0;
                 }
                 let tile = T::transpose(simd, tile);
-                for (line, values) in lines.iter_mut().zip(tile) {
-                    if let Some(to) = line.get_mut(start..start + LANES) {
-                        to.copy_from_slice(&values);
-                    } else if !line.is_empty() {
-                        line[start..].copy_from_slice(&values[..rows.len()]);
+                for lane in 0..LANES {
+                    if let Some(to) = lines[lane].get_mut(i) {
+                        *to = tile[lane];
                     }
                 }
             }

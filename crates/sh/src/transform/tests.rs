@@ -260,7 +260,11 @@ fn levels() -> Vec<SimdLevel> {
 
 #[test]
 fn every_level_gives_the_same_transform_to_the_last_bit() {
-    fn results<T: Sample + PartialEq>(level: SimdLevel, grid: Grid, f: &Expansion) -> (Expansion, Vec<[T; 3]>) {
+    fn results<T: Sample + PartialEq>(
+        level: SimdLevel,
+        grid: Grid,
+        f: &Expansion,
+    ) -> (Expansion, Vec<[T; 3]>) {
         let transform = Transform::at_level(level, grid, f.degree()).unwrap();
         let pixels: Vec<[T; 3]> = transform.synthesise(f);
         (transform.analyse(&pixels), pixels)
