@@ -5,8 +5,8 @@
 //! in both, so that their results are the same to the last bit. An x86 CPU without FMA computes them in
 //! software, slowly.
 //!
-//! The sums of the transform have eight lanes of `f64`, which are one register of AVX-512 and two of the other
-//! levels; these kernels are compiled a third time ([`SimdLevel::run_wide`]).
+//! The sums of the transform have eight lanes of `f64`: one register of AVX-512, two of the other levels.
+//! These kernels are compiled a third time.
 
 use pulp::{Scalar256b, Simd, WithSimd};
 
@@ -76,8 +76,8 @@ impl SimdLevel {
         Self::Portable
     }
 
-    /// Runs a kernel compiled for this level, with registers of 256 bits. Everything that it calls with vectors
-    /// is `#[inline(always)]`.
+    /// Runs a kernel compiled for this level, with registers of 256 bits. Everything that it calls with
+    /// vectors is `#[inline(always)]`.
     #[inline]
     pub fn run<K: WithSimd>(self, kernel: K) -> K::Output {
         match self {

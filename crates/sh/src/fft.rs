@@ -1,5 +1,5 @@
-//! The discrete Fourier transform of many sequences at once: one in each lane of vectors, and several of those
-//! interleaved.
+//! The discrete Fourier transform of many sequences at once: one in each lane of vectors, and several of
+//! those interleaved.
 //!
 //! X_k = sum over j of x_j e^(-2 pi i j k / n), by Stockham's method, which sorts as it goes and needs no
 //! shuffle within a vector: one pass for each factor r of n = r m writes
@@ -142,7 +142,11 @@ impl<V: Vector> WithSimd for Multiply<'_, V> {
             let factor = splat::<V, S>(simd, *factor);
             for value in values {
                 for r in 0..V::REGISTERS {
-                    write(simd, r, mul::<V, S>(simd, read(simd, r, value), factor), value);
+                    let [re, im] = read::<V, S>(simd, r, value);
+                    let mul = V::Scalar::mul::<S>;
+                    let re_part = V::Scalar::sub(simd, mul(simd, re, factor[0]), mul(simd, im, factor[1]));
+                    let im_part = V::Scalar::add(simd, mul(simd, re, factor[1]), mul(simd, im, factor[0]));
+                    write(simd, r, [re_part, im_part], value);
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The vectors of the transform: eight numbers of one precision, and four doubles, as one trait.
 //!
-//! Kernels at [`SimdLevel::run`](crate::f64x4::SimdLevel::run) have registers of 256 bits: eight floats are one
-//! of them, eight doubles are two. Those at `run_wide` may have registers of eight doubles.
+//! Kernels at [`SimdLevel::run`] have registers of 256 bits: eight floats are one of them, eight doubles are
+//! two. Those at `run_wide` may have registers of eight doubles.
 
 use pulp::{Scalar256b, Simd, WithSimd};
 
@@ -90,8 +90,8 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
 
 macro_rules! real {
     (
-        $real:ty, $per_register:literal, $transpose:expr, $register:ident, $as_simd:ident, $as_mut_simd:ident, $splat:ident,
-        $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $negate_mul_add:ident
+        $real:ty, $per_register:literal, $transpose:expr, $register:ident, $as_simd:ident,
+        $as_mut_simd:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $negate_mul_add:ident
     ) => {
         impl Real for $real {
             type Register<S: Simd> = S::$register;

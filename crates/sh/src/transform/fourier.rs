@@ -11,9 +11,9 @@
 //!     = Re sum over m of (A_m - i B_m) u_m exp(-2 pi i m c / W).
 //! ```
 //!
-//! A row with many more columns than twice the degree is split: with c = a + d b, an FFT of W / d columns runs
-//! over b for each a < d, and the factor exp(-2 pi i m a / W) joins u_m. So frequencies past the degree are not
-//! computed.
+//! A row with many more columns than twice the degree is split: with c = a + d b, an FFT of W / d columns
+//! runs over b for each a < d, and the factor exp(-2 pi i m a / W) joins u_m. So frequencies past the degree
+//! are not computed.
 
 use std::f64::consts::PI;
 

@@ -282,8 +282,8 @@ fn every_level_gives_the_same_transform_to_the_last_bit() {
     }
 }
 
-/// Pixels in single precision make an error of 1e-6 of the largest value at most, whatever the image: noise, or
-/// a sun of a few pixels that is 1e4 times as bright as the mean.
+/// Pixels in single precision make an error of 1e-6 of the largest value at most, whatever the image: noise,
+/// or a sun of a few pixels that is 1e4 times as bright as the mean.
 #[test]
 fn single_precision_errs_by_a_millionth_of_the_largest_value() {
     let mut worst = [0.0f64; 2];
