@@ -127,7 +127,7 @@ impl Places {
         let north = self.group * LANES + lane;
         let (has_north, has_south) = (2 * north < self.height, 2 * north + 1 < self.height);
         [
-            has_north.then(|| north),
+            has_north.then_some(north),
             has_north.then(|| 2 * self.height - 1 - north),
             has_south.then(|| self.height - 1 - north),
             has_south.then(|| self.height + north),
