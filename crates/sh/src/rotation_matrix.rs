@@ -1,7 +1,7 @@
 //! One rotation of many expansions of a low degree.
 //!
-//! [`crate::rotate`] computes Wigner's functions while it sums, which is most of its work at a low degree. Here
-//! the entries of the rotation's matrix are kept: one block of 2 l + 1 rows and columns for each degree l.
+//! [`crate::rotate`] computes Wigner's functions while it sums, which is most of its work at a low degree.
+//! Here the entries of the rotation's matrix are kept: one block of 2 l + 1 rows and columns for each l.
 
 use pulp::{Simd, WithSimd};
 use sphere::Rotation;

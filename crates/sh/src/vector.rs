@@ -91,7 +91,8 @@ pub trait Real: Copy + Default + Send + Sync + 'static {
 macro_rules! real {
     (
         $real:ty, $per_register:literal, $transpose:expr, $register:ident, $as_simd:ident,
-        $as_mut_simd:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $negate_mul_add:ident
+        $as_mut_simd:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident,
+        $negate_mul_add:ident
     ) => {
         impl Real for $real {
             type Register<S: Simd> = S::$register;
