@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
-use crate::support::{Project, assert_has, plain_paths, ran};
+use crate::support::{Project, ran};
 
 /// The test cases of a report: class, name, and what there is in them.
 fn cases<'a>(report: &'a Document<'_>) -> Vec<(&'a str, &'a str, Option<Node<'a, 'a>>)> {
@@ -89,7 +89,7 @@ fn each_item_is_a_test_case_that_says_what_its_events_say() {
         wanted.sort();
         assert_eq!(found, wanted);
         for outcome in outcomes {
-            let has = |said: &str| plain_paths(said.to_owned()).starts_with(outcome);
+            let has = |said: &str| test_data::unix_paths(said.to_owned()).starts_with(outcome);
             assert!(found.iter().any(|(_, _, said)| has(said)), "{outcome}: {found:#?}");
         }
         // An item takes as long as the worker needed for it.
@@ -137,7 +137,7 @@ fn whatever_stops_a_build_is_a_test_case() {
     let text = fs::read_to_string(project.path("report.xml")).unwrap();
     let report = Document::parse(&text).unwrap();
     let (_, _, what) = cases(&report)[0];
-    let said = plain_paths(said(what));
+    let said = test_data::unix_paths(said(what));
     assert!(run.stderr.contains(said.split(": ").next().unwrap()), "{text}\n{}", run.stderr);
 }
 
@@ -184,7 +184,7 @@ fn names_and_messages_may_hold_anything() {
     let shown = shown.map(|name| format!("material [{name}]"));
     assert_eq!(found.iter().map(|(_, name, _)| *name).collect::<Vec<_>>(), shown);
     for (_, _, what) in &found {
-        assert_has(said(*what), [r"<\u{9b}\u{fffe}&", "hostile/"]);
+        crate::support::assert_has(said(*what), [r"<\u{9b}\u{fffe}&", "hostile/"]);
     }
     assert_eq!(cases(&report).len(), 2 * names.len());
 }

@@ -90,14 +90,13 @@ pub struct Run {
 
 impl From<Output> for Run {
     fn from(output: Output) -> Self {
-        let text = |bytes| plain_paths(String::from_utf8(bytes).unwrap());
+        let text = |bytes| {
+            let text = String::from_utf8(bytes).unwrap();
+            // JSON has the escapes of its own.
+            if text.starts_with(['{', '[']) { text } else { test_data::unix_paths(text) }
+        };
         Self { code: output.status.code(), stdout: text(output.stdout), stderr: text(output.stderr) }
     }
-}
-
-/// A text for people in which paths have `/` on every system; JSON is as it was.
-pub fn plain_paths(text: String) -> String {
-    if cfg!(windows) && !text.starts_with(['{', '[']) { text.replace('\\', "/") } else { text }
 }
 
 impl Run {

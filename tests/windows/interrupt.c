@@ -14,10 +14,10 @@ static BOOL WINAPI ignore(DWORD event) {
 
 int wmain(int count, wchar_t **arguments) {
     if (count < 3) return 2;
-    /* The command line after the event. */
-    wchar_t *line = GetCommandLineW();
-    wchar_t *program = wcsstr(line, arguments[1]) + wcslen(arguments[1]);
-    program += *program == '"';
+    /* The command line after this program's name, which may be quoted, and after the event. */
+    wchar_t *program = GetCommandLineW();
+    program = *program == '"' ? wcschr(program + 1, '"') + 1 : program + wcscspn(program, L" ");
+    program += wcsspn(program, L" ") + wcslen(arguments[1]);
     program += wcsspn(program, L" ");
     BOOL is_break = wcscmp(arguments[1], L"break") == 0;
     STARTUPINFOW startup = {sizeof startup};

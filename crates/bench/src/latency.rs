@@ -1,15 +1,15 @@
-//! How long a lighting designer waits: the project of `watch-latency`, its edits and what they are measured
-//! by.
+//! How long a lighting designer waits: the projects of `watch-latency`, their edits and what they are
+//! measured by.
 //!
-//! The manifest and the materials in `frozen-watch` are frozen: they stay as they are, so that figures can be
-//! compared over time. The environments are a gradient with a sun and grain, 1024 x 512, half floats with ZIP
-//! compression.
+//! The manifests and the materials in `frozen-watch` and `frozen-defaults` are frozen: they stay as they are,
+//! so that figures can be compared over time. The environments are a gradient with a sun and grain, 1024 x
+//! 512, half floats with ZIP compression; in place of that of the second project a photograph may be given.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use containers::Precision;
+use containers::{Precision, ReadOptions};
 use envmap::Image;
 use sphere::{Direction, LatLong};
 
@@ -85,6 +85,76 @@ impl Project {
     }
 }
 
+/// The exports of [`DefaultsProject`].
+pub const DEFAULT_EXPORTS: [&str; 2] = ["map", "shrm"];
+
+/// A copy of the second frozen project: one environment, one metal, and nothing but defaults.
+pub struct DefaultsProject {
+    folder: tempfile::TempDir,
+    photograph: Option<Image>,
+    edits: u32,
+}
+
+impl DefaultsProject {
+    /// The project with nothing built; the environment is a photograph in any format that Specula reads, or
+    /// the gradient.
+    ///
+    /// # Errors
+    /// Where the photograph cannot be read or the folder cannot be written.
+    pub fn new(photograph: Option<&Path>) -> io::Result<Self> {
+        let photograph = match photograph {
+            Some(path) => {
+                let read = containers::read_image(&fs::read(path)?, &ReadOptions::default());
+                Some(read.map_err(io::Error::other)?.image)
+            }
+            None => None,
+        };
+        let mut project = Self { folder: tempfile::tempdir()?, photograph, edits: 0 };
+        for folder in ["environments", "materials"] {
+            fs::create_dir(project.folder.path().join(folder))?;
+        }
+        fs::copy(of_defaults("pipeline.toml"), project.manifest())?;
+        fs::copy(of_defaults(&material("gold")), project.folder.path().join(material("gold")))?;
+        project.next_light().save()?;
+        Ok(project)
+    }
+
+    /// The manifest.
+    pub fn manifest(&self) -> PathBuf {
+        self.folder.path().join("pipeline.toml")
+    }
+
+    /// An edit of the metal's roughness, to a value between 0.2 and 0.4 that it never had before.
+    ///
+    /// # Errors
+    /// Where the frozen material cannot be read.
+    pub fn next_material(&mut self) -> io::Result<Edit> {
+        self.edits += 1;
+        let text = fs::read_to_string(of_defaults(&material("gold")))?;
+        let roughness = 0.2 + 0.2 * (f64::from(self.edits) * 0.618_034).fract();
+        let changed = text.replace("roughness = 0.3", &format!("roughness = {roughness:.6}"));
+        assert_ne!(text, changed, "the edit changes the file");
+        let place = self.folder.path().join(material("gold"));
+        Ok(Edit { place, content: changed.into_bytes(), exports: DEFAULT_EXPORTS.len() })
+    }
+
+    /// An edit of the environment: the photograph is brighter by a few tenths of a percent, or the sun of the
+    /// gradient has moved.
+    pub fn next_light(&mut self) -> Edit {
+        self.edits += 1;
+        let content = match &self.photograph {
+            Some(photograph) => {
+                let exposure = 1.0 + 0.004 * self.edits as f32;
+                let pixels = photograph.pixels().iter().map(|pixel| pixel.map(|value| exposure * value));
+                encoded(photograph.width(), photograph.height(), pixels.collect())
+            }
+            None => sky(0.005 + 0.01 * f64::from(self.edits)),
+        };
+        let place = self.folder.path().join(environment("studio"));
+        Edit { place, content, exports: DEFAULT_EXPORTS.len() }
+    }
+}
+
 /// A save of a file.
 pub struct Edit {
     place: PathBuf,
@@ -107,6 +177,10 @@ impl Edit {
 
 fn frozen(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("frozen-watch").join(name)
+}
+
+fn of_defaults(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("frozen-defaults").join(name)
 }
 
 fn material(name: &str) -> String {
@@ -134,12 +208,21 @@ fn sky(azimuth: f64) -> Vec<u8> {
             pixels.push([0.4, 0.6, 1.0].map(|tint| (tint * up + disk + noise) as f32));
         }
     }
-    let image = Image::new(grid.width, grid.height, pixels).expect("the pixels fill the image");
+    encoded(grid.width, grid.height, pixels)
+}
+
+/// The bytes of an EXR file.
+fn encoded(width: usize, height: usize, pixels: Vec<[f32; 3]>) -> Vec<u8> {
+    let image = Image::new(width, height, pixels).expect("the pixels fill the image");
     containers::write_exr(&image, Precision::Half, None).expect("the image can be encoded").bytes
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
+    use engine::{BuildOptions, BuildSession, Cancel};
+
     use super::*;
 
     #[test]
@@ -157,5 +240,85 @@ mod tests {
         }
         let plan = engine::Plan::load(&project.manifest(), &stages::kinds()).unwrap();
         assert_eq!(plan.items.len(), 2 + 4 + 2 + 4 + 8 + 8);
+    }
+
+    #[test]
+    fn every_edit_of_the_defaults_is_one_that_no_cache_knows() {
+        let mut project = DefaultsProject::new(None).unwrap();
+        let plan = engine::Plan::load(&project.manifest(), &stages::kinds()).unwrap();
+        assert_eq!(plan.items.len(), 7);
+        assert!(DEFAULT_EXPORTS.iter().all(|name| plan.stages.iter().any(|stage| stage.name == *name)));
+        let mut seen = std::collections::HashSet::new();
+        seen.insert(fs::read(project.folder.path().join(environment("studio"))).unwrap());
+        for _ in 0..3 {
+            assert!(seen.insert(project.next_material().unwrap().content));
+            assert!(seen.insert(project.next_light().content));
+        }
+    }
+
+    /// The exported files of a project, by their names in `out`.
+    fn exports(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+        let (mut found, mut open) = (BTreeMap::new(), vec![folder.join("out")]);
+        while let Some(inside) = open.pop() {
+            for entry in fs::read_dir(inside).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    let name = path.strip_prefix(folder).unwrap().to_path_buf();
+                    found.insert(name, fs::read(path).unwrap());
+                }
+            }
+        }
+        found
+    }
+
+    /// What stays in memory under `watch` saves time and changes no byte: also for a material of two parts,
+    /// and after an edit of the light.
+    #[test]
+    fn an_edit_gives_the_bytes_of_a_build_from_scratch() {
+        let mut project = DefaultsProject::new(None).unwrap();
+        let plastic = "model = \"standard\"\nbase_color = [0.1, 0.3, 0.6]\nroughness = 0.4\n";
+        fs::write(project.folder.path().join(material("plastic")), plastic).unwrap();
+        let kinds = stages::kinds();
+        let build = |session: &BuildSession, manifest: &Path| {
+            let plan = engine::Plan::load(manifest, &kinds).unwrap();
+            let summary = session
+                .build(&plan, &BuildOptions::default(), &Cancel::default(), &|_| {})
+                .expect("the build begins");
+            assert_eq!((summary.failed, summary.skipped), (0, 0));
+            summary.ran
+        };
+        let warm = BuildSession::new(None, 512 << 20).unwrap();
+        assert_eq!(build(&warm, &project.manifest()), 12);
+        let mut versions = vec![exports(project.folder.path())];
+        for edit in [project.next_material().unwrap(), project.next_light(), project.next_material().unwrap()]
+        {
+            edit.save().unwrap();
+            build(&warm, &project.manifest());
+            let scratch = tempfile::tempdir().unwrap();
+            for folder in ["", "environments", "materials"] {
+                let to = scratch.path().join(folder);
+                fs::create_dir_all(&to).unwrap();
+                for entry in fs::read_dir(project.folder.path().join(folder)).unwrap() {
+                    let path = entry.unwrap().path();
+                    if path.is_file() {
+                        fs::copy(&path, to.join(path.file_name().unwrap())).unwrap();
+                    }
+                }
+            }
+            let cold = BuildSession::new(None, 0).unwrap();
+            assert_eq!(build(&cold, &scratch.path().join("pipeline.toml")), 12);
+            let found = exports(project.folder.path());
+            assert!(
+                found.len() > 14,
+                "six faces of a map and an SHRM, and more of the plastic, which has two parts"
+            );
+            assert!(found == exports(scratch.path()), "an edit gives other bytes than a build from scratch");
+            versions.push(found);
+        }
+        for (before, after) in versions.iter().zip(&versions[1..]) {
+            assert!(before != after, "the edit changes the exports");
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! Benchmarks of the whole program on frozen manifests: `cargo bench -p bench`.
 //!
 //! The benchmarks of one crate are in that crate. `cargo run --release -p bench --bin watch-latency` prints
-//! how long a save takes until its maps are published, `--bin stop-latency` how soon items stop that are
-//! cancelled, and, with the feature `gpu`, `--bin preview-frame-times` how long the preview takes for a
-//! frame.
+//! how long a save takes until its maps are published, with given degrees and with defaults, `--bin
+//! stop-latency` how soon items stop that are cancelled, and, with the feature `gpu`, `--bin
+//! preview-frame-times` how long the preview takes for a frame.
 
 pub mod latency;

@@ -134,6 +134,17 @@ impl BrdfCoefficients {
         used.fold((0, 0), |(p, q), (index, _)| (p.max(index / side % side), q.max(index % side)))
     }
 
+    /// Returns the coefficients with those of each l times a factor.
+    #[must_use]
+    pub fn scaled(&self, factor: impl Fn(usize) -> f64) -> Self {
+        let per_l = (self.p.get() + 1) * (self.p.get() + 1);
+        let mut rho = self.rho.clone();
+        for (l, rows) in rho.chunks_exact_mut(per_l).enumerate() {
+            rows.as_flattened_mut().iter_mut().for_each(|value| *value *= factor(l));
+        }
+        Self { rho, ..self.clone() }
+    }
+
     /// Whether rho_hat does not depend on the azimuth between both directions: only q = 0 is used.
     pub fn is_azimuth_free(&self) -> bool {
         self.highest().1 == 0

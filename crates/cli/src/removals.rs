@@ -47,7 +47,7 @@ mod tests {
             removals.add(&deleted(number), "maps/a.exr");
         }
         removals.add(&deleted(3), "maps/b.exr");
-        let lines = removals.take_lines("removed");
+        let lines: Vec<_> = removals.take_lines("removed").into_iter().map(test_data::unix_paths).collect();
         assert_eq!(lines[0], "hdri/03.hdr was deleted: 2 files removed");
         assert_eq!(lines[1], "hdri/00.hdr was deleted: maps/a.exr removed");
         assert_eq!((lines.len(), lines[10].as_str()), (11, "... and 2 more files removed"));

@@ -41,9 +41,9 @@ impl Live {
 }
 
 impl Screen {
-    /// Standard error, with a progress bar if it is a terminal and `with_bar` is set.
+    /// Standard error, with a progress bar if one can move there and `with_bar` is set.
     pub(crate) fn new(with_bar: bool) -> Self {
-        let live = (with_bar && terminal::is_terminal()).then(|| Live::on(MultiProgress::new()));
+        let live = (with_bar && terminal::understands_sequences()).then(|| Live::on(MultiProgress::new()));
         Self { plain: Box::new(print::painted), width: terminal::width, live, running: Mutex::default() }
     }
 

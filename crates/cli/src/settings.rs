@@ -191,7 +191,7 @@ mod tests {
             ("[remote]\nheader-file = \"1234\n", ":2:20: "),
             ("remote = 7\n", ":1:10: 7 is not a table"),
         ] {
-            let error = parsed(text).err().unwrap().to_string();
+            let error = test_data::unix_paths(parsed(text).err().unwrap().to_string());
             assert!(error.starts_with(&format!("/studio/specula.toml{expected}")), "{error}");
             assert!(!error.contains("1234"), "{error}");
         }

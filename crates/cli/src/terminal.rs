@@ -10,9 +10,15 @@ use crate::arguments::Colour;
 /// The columns that are filled if standard error is not a terminal.
 pub(crate) const PLAIN_WIDTH: usize = 100;
 
-/// Whether standard error is a terminal, so that a progress bar can move there.
+/// Whether standard error is a terminal.
 pub(crate) fn is_terminal() -> bool {
     std::io::stderr().is_terminal()
+}
+
+/// Whether a progress bar can move on standard error, and colours be seen: an old console of Windows shows
+/// their control sequences as characters. On Windows `NO_COLOR` asks for neither.
+pub(crate) fn understands_sequences() -> bool {
+    is_terminal() && (cfg!(unix) || Term::stderr().features().colors_supported())
 }
 
 /// The choice of `--color`.
@@ -23,11 +29,9 @@ pub(crate) fn want_colour(colour: Colour) {
     let _ = COLOUR.set(colour);
 }
 
-/// Whether messages have colours: as the user asks, or else on a terminal. An old console of Windows shows
-/// their control sequences as characters.
+/// Whether messages have colours: as the user asks, or else on a terminal.
 pub(crate) fn shows_colour() -> bool {
-    let understands = || cfg!(unix) || Term::stderr().features().colors_supported();
-    requested_colour().unwrap_or_else(|| is_terminal() && understands())
+    requested_colour().unwrap_or_else(understands_sequences)
 }
 
 /// Whether `--color` or the environment asks for colours or for none.

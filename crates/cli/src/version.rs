@@ -57,12 +57,17 @@ mod tests {
         cargo.args(["tree", "--locked", "--package", "cli", "--all-features", "--prefix", "none"]);
         cargo.args(["--edges", "normal,no-proc-macro", "--format", "{p}|{l}"]);
         cargo.args(TARGETS.iter().flat_map(|target| ["--target", target]));
-        let output = cargo.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
-        if !output.status.success() {
-            let reason = String::from_utf8_lossy(&output.stderr);
-            return test_data::skip("the_crates_and_their_licences_are_those_of_the_program", reason.trim());
-        }
-        let text = String::from_utf8(output.stdout).unwrap();
+        let output = match cargo.current_dir(env!("CARGO_MANIFEST_DIR")).output() {
+            Ok(output) if output.status.success() => Ok(output.stdout),
+            Ok(output) => Err(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
+            Err(error) => Err(error.to_string()),
+        };
+        let text = match output {
+            Ok(text) => String::from_utf8(text).unwrap(),
+            Err(why) => {
+                return test_data::skip("the_crates_and_their_licences_are_those_of_the_program", &why);
+            }
+        };
         let mut by_licence = BTreeMap::<String, BTreeSet<String>>::new();
         for line in text.lines().filter(|line| !line.is_empty()) {
             let (package, licence) = line.trim_end_matches(" (*)").split_once('|').unwrap();

@@ -2,6 +2,7 @@
 
 mod artifact;
 mod context;
+mod derived_values;
 mod exported_files;
 mod failure;
 mod gate;
@@ -15,6 +16,7 @@ mod steps;
 
 pub use artifact::{Artifact, Handle};
 pub use context::Context;
+pub use derived_values::DerivedValues;
 pub use exported_files::ExportedFiles;
 pub use failure::Failure;
 pub(crate) use gate::Gate;

@@ -37,8 +37,9 @@ pub use error::{Error, ErrorKind};
 pub use event::{Change, Changed, Event, EventLine, ItemName, Reason, RemovalCause, Summary, Work};
 pub use key::{Digest, ItemKey};
 pub use kinds::{
-    Artifact, Configured, Context, ErasedKind, ExportedFiles, Failure, Handle, Inputs, ItemFiles, Kind,
-    Kinds, NamedPath, Output, Port, Product, RecipeReader, Reporter, Steps, stands_for_no_file,
+    Artifact, Configured, Context, DerivedValues, ErasedKind, ExportedFiles, Failure, Handle, Inputs,
+    ItemFiles, Kind, Kinds, NamedPath, Output, Port, Product, RecipeReader, Reporter, Steps,
+    stands_for_no_file,
 };
 pub use manifest::{
     Choice, Diagnostic, Diagnostics, Document, Entry, Field, Number, OrAuto, Parameter, Parameters, Range,

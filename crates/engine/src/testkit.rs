@@ -20,28 +20,6 @@ pub(crate) fn kinds() -> Kinds {
         .with(WritePair)
 }
 
-/// A text with its paths as Unix has them: `C:\project\sky.exr` becomes `/project/sky.exr`.
-pub(crate) fn unix_paths(text: impl Into<String>) -> String {
-    let text = text.into();
-    if !cfg!(windows) {
-        return text;
-    }
-    let tops = ["project", "assets", "users"];
-    let text = tops.iter().fold(text, |text, top| text.replace(&format!(r"C:\{top}"), &format!("/{top}")));
-    let is_of_name = |c: &char| c.is_alphanumeric() || "_.-~$".contains(*c);
-    let mut before = ' ';
-    let mut characters = text.chars().peekable();
-    let mut plain = String::new();
-    while let Some(c) = characters.next() {
-        let separates = c == '\\' && is_of_name(&before) && characters.peek().is_none_or(is_of_name);
-        // Escapes of messages, such as `\u{301}`.
-        let is_escape = text[plain.len() + c.len_utf8()..].starts_with("u{");
-        plain.push(if separates && !is_escape { '/' } else { c });
-        before = c;
-    }
-    plain
-}
-
 /// Diagnostics as a test shows them: `line:column message | expected | help`, a line for each.
 pub(crate) fn shown(diagnostics: &Diagnostics) -> String {
     let mut text = String::new();
@@ -54,7 +32,7 @@ pub(crate) fn shown(diagnostics: &Diagnostics) -> String {
         }
         text.push('\n');
     }
-    unix_paths(text)
+    test_data::unix_paths(text)
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -38,7 +38,7 @@ use crate::kinds::{Artifact as _, Context, Failure, Kind, Kinds, Output, Port, P
 use crate::manifest::Parameters;
 use crate::plan::Plan;
 use crate::platform::{self, canonicalize, path_text};
-use crate::testkit::{Nothing, Text, kinds, unix_paths};
+use crate::testkit::{Nothing, Text, kinds};
 
 /// A program that PATH finds.
 const PROGRAM: &str = if cfg!(windows) { "cmd" } else { "cargo" };
@@ -131,6 +131,19 @@ struct Project {
     cancel: Cancel,
 }
 
+/// Removes a folder. That of std does not end if a folder in it is watched in Wine, which goes on to list it.
+fn remove_tree(folder: &Path) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            remove_tree(&entry.path())
+        } else {
+            std::fs::remove_file(entry.path())
+        }?;
+    }
+    std::fs::remove_dir(folder)
+}
+
 impl Project {
     fn new(manifest: &str) -> Self {
         let temporary = tempfile::tempdir().unwrap();
@@ -152,13 +165,17 @@ impl Project {
 
     /// A path as [`log`] shows it.
     fn unix_path(&self, name: &str) -> String {
-        unix_paths(path_text(self.path(name)))
+        test_data::unix_paths(path_text(self.path(name)))
     }
 
     fn write(&self, name: &str, text: &str) {
-        let path = self.path(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
+        let (path, deadline) = (self.path(name), Instant::now() + Duration::from_secs(5));
+        let write =
+            || std::fs::create_dir_all(path.parent().unwrap()).and_then(|()| std::fs::write(&path, text));
+        // On Windows a folder that was removed stays for as long as it is watched.
+        while let Err(error) = write() {
+            assert!(cfg!(windows) && Instant::now() < deadline, "{}: {error}", path.display());
+        }
     }
 
     fn read(&self, name: &str) -> String {
@@ -181,7 +198,7 @@ impl Project {
             return true;
         }
         // A watcher puts back what has gone, and on Windows what is open stays for a moment.
-        while std::fs::remove_dir_all(&path).is_err() {
+        while remove_tree(&path).is_err() {
             if cfg!(unix) || Instant::now() > deadline {
                 return false;
             }
@@ -334,7 +351,7 @@ fn log(events: &[Event]) -> String {
             }
         };
     }
-    unix_paths(text)
+    test_data::unix_paths(text)
 }
 
 fn reason(reason: &Reason) -> String {

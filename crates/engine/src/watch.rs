@@ -81,7 +81,8 @@ pub struct WatchOptions {
     /// The options of each build; the watcher sets `dry_run`, `lock_purpose` and `lock_timeout` itself, and
     /// forces nothing after the first build that was not stopped.
     pub build: BuildOptions,
-    /// The quiet time after a change before it is built, so that files are complete.
+    /// The quiet time after a change before it is built, so that files are complete. Up to 20 ms it is cut to
+    /// 2 ms if every changed file was closed by its writer or renamed to its place.
     pub debounce: Duration,
     /// Poll the files this often instead of listening for events.
     pub poll: Option<Duration>,
@@ -172,6 +173,8 @@ impl<'a> Watcher<'a> {
     ) -> Result<Self, Error> {
         let mut session = BuildSession::new(options.build.jobs, options.memory)?;
         session.watched = Some(collector.watched_changes());
+        let sender = collector.sender();
+        cancel.when_cancelled(move || drop(sender.send(WatchMessage::Wake)));
         Ok(Self {
             loader: ManifestLoader::new(manifest.clone(), kinds),
             manifest: manifest.path.clone(),

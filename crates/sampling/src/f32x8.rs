@@ -62,6 +62,8 @@ pub(crate) trait WithLanes {
 pub(crate) fn run<K: WithLanes>(level: SimdLevel, kernel: K) -> K::Output {
     match level {
         #[cfg(target_arch = "x86_64")]
+        SimdLevel::V4(v4) => Simd::vectorize(*v4, KernelAtLevel(kernel, *v4)),
+        #[cfg(target_arch = "x86_64")]
         SimdLevel::V3(v3) => Simd::vectorize(v3, KernelAtLevel(kernel, v3)),
         SimdLevel::Portable => Scalar256b.vectorize(KernelAtLevel(kernel, Scalar256b)),
     }

@@ -4,6 +4,9 @@
 //! AVX2 and FMA, and in plain Rust for every other CPU. Both have the same lanes, and multiply-adds are fused
 //! in both, so that their results are the same to the last bit. An x86 CPU without FMA computes them in
 //! software, slowly.
+//!
+//! The sums of the transform have eight lanes of `f64`: one register of AVX-512, two of the other levels.
+//! These kernels are compiled a third time.
 
 use pulp::{Scalar256b, Simd, WithSimd};
 
@@ -41,6 +44,9 @@ pub fn store<S: Simd>(_: S, vector: S::f64s, value: &mut F64x4) {
 /// The instructions that kernels run on.
 #[derive(Clone, Copy, Debug)]
 pub enum SimdLevel {
+    /// AVX-512, found on this CPU.
+    #[cfg(target_arch = "x86_64")]
+    V4(pulp::x86::V4),
     /// AVX2 and FMA, found on this CPU.
     #[cfg(target_arch = "x86_64")]
     V3(pulp::x86::V3),
@@ -49,40 +55,67 @@ pub enum SimdLevel {
 }
 
 impl SimdLevel {
-    /// The best level of this CPU. A build with debug assertions takes the portable one if the environment
-    /// variable `SPECULA_SIMD_LEVEL` is `portable`, by which tests compare the levels; a release reads none.
+    /// The best level of this CPU. A build with debug assertions takes no better one than the environment
+    /// variable `SPECULA_SIMD_LEVEL` names, `portable` or `v3`, by which tests compare the levels; a release
+    /// reads none.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = pulp::x86::V3::try_new()
-            && !is_portable_forced()
         {
-            return Self::V3(v3);
+            let highest = highest();
+            if highest >= 4
+                && let Some(v4) = pulp::x86::V4::try_new()
+            {
+                return Self::V4(v4);
+            }
+            if highest >= 3
+                && let Some(v3) = pulp::x86::V3::try_new()
+            {
+                return Self::V3(v3);
+            }
         }
         Self::Portable
     }
 
-    /// Runs a kernel compiled for this level. Everything that it calls with vectors is `#[inline(always)]`.
+    /// Runs a kernel compiled for this level, with registers of 256 bits. Everything that it calls with
+    /// vectors is `#[inline(always)]`.
     #[inline]
     pub fn run<K: WithSimd>(self, kernel: K) -> K::Output {
         match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::V4(v4) => Simd::vectorize(*v4, kernel),
             #[cfg(target_arch = "x86_64")]
             Self::V3(v3) => Simd::vectorize(v3, kernel),
             Self::Portable => Scalar256b.vectorize(kernel),
         }
     }
+
+    /// Runs a kernel whose registers may also have 512 bits.
+    #[inline]
+    pub(crate) fn run_wide<K: WithSimd>(self, kernel: K) -> K::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::V4(v4) => Simd::vectorize(v4, kernel),
+            narrow => narrow.run(kernel),
+        }
+    }
 }
 
+/// The version of x86-64 that a level may have at most.
 #[cfg(all(target_arch = "x86_64", debug_assertions))]
-fn is_portable_forced() -> bool {
-    static FORCED: std::sync::LazyLock<bool> = std::sync::LazyLock::new(|| {
+fn highest() -> u32 {
+    static HIGHEST: std::sync::LazyLock<u32> = std::sync::LazyLock::new(|| {
         #[allow(clippy::disallowed_methods)] // not in a release
         let level = std::env::var_os("SPECULA_SIMD_LEVEL");
-        level.is_some_and(|level| level == "portable")
+        match level.as_deref().and_then(|level| level.to_str()) {
+            Some("portable") => 0,
+            Some("v3") => 3,
+            _ => 4,
+        }
     });
-    *FORCED
+    *HIGHEST
 }
 
 #[cfg(all(target_arch = "x86_64", not(debug_assertions)))]
-const fn is_portable_forced() -> bool {
-    false
+const fn highest() -> u32 {
+    4
 }

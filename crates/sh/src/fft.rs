@@ -1,4 +1,5 @@
-//! The discrete Fourier transform of four sequences at once, one in each lane.
+//! The discrete Fourier transform of many sequences at once: one in each lane of vectors, and several of
+//! those interleaved.
 //!
 //! X_k = sum over j of x_j e^(-2 pi i j k / n), by Stockham's method, which sorts as it goes and needs no
 //! shuffle within a vector: one pass for each factor r of n = r m writes
@@ -8,17 +9,22 @@
 //! p < m, k < r, q < s,
 //! ```
 //!
-//! and leaves r s sequences of length m, interleaved. A length with a prime factor past [`LARGEST_FACTOR`]
+//! and leaves r s sequences of length m, interleaved; with c sequences interleaved from the start, the first
+//! s is c. A length with a prime factor past [`LARGEST_FACTOR`]
 //! becomes a convolution of a length that is a power of two (Bluestein 1970).
 
 use std::f64::consts::PI;
 
 use pulp::{Simd, WithSimd};
 
-use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
+use crate::f64x4::{F64x4, LANES, SimdLevel};
+use crate::vector::{Real, Vector};
 
-/// Four complex numbers: real parts, imaginary parts.
-pub(crate) type Complex4 = [F64x4; 2];
+/// Complex numbers: real parts, imaginary parts.
+pub(crate) type Complex<V> = [V; 2];
+
+/// Four complex numbers.
+pub(crate) type Complex4 = Complex<F64x4>;
 
 /// Four complex zeros.
 pub(crate) const ZERO: Complex4 = [F64x4::ZERO; 2];
@@ -33,27 +39,27 @@ pub(crate) fn cis(angle: f64) -> [f64; 2] {
 const LARGEST_FACTOR: usize = 61;
 
 /// The transform of one length.
-pub(crate) struct Fft {
+pub(crate) struct Fft<V: Vector = F64x4> {
     level: SimdLevel,
     len: usize,
     /// The radices of the passes; none if Bluestein's method is used.
     factors: Vec<usize>,
     /// e^(-2 pi i k / n).
-    roots: Vec<[f64; 2]>,
-    bluestein: Option<Box<Bluestein>>,
+    roots: Vec<[V::Scalar; 2]>,
+    bluestein: Option<Box<Bluestein<V>>>,
 }
 
 /// With j k = (j^2 + k^2 - (k - j)^2) / 2 the transform is a convolution: X_k = c_k sum over j of x_j c_j /
 /// c_(k-j).
-struct Bluestein {
+struct Bluestein<V: Vector> {
     /// c_j = e^(-pi i j^2 / n).
-    chirp: Vec<[f64; 2]>,
+    chirp: Vec<[V::Scalar; 2]>,
     /// The transform of 1 / c, which has period n or 2 n, divided by its length.
-    spectrum: Vec<[f64; 2]>,
-    fft: Fft,
+    spectrum: Vec<[V::Scalar; 2]>,
+    fft: Fft<V>,
 }
 
-impl Fft {
+impl<V: Vector> Fft<V> {
     /// The transform of sequences of `len` numbers.
     pub(crate) fn new(level: SimdLevel, len: usize) -> Self {
         let (mut factors, mut rest) = (Vec::new(), len.max(1));
@@ -63,48 +69,55 @@ impl Fft {
                 rest /= factor;
             }
         }
+        let scalars =
+            |values: Vec<[f64; 2]>| values.iter().map(|value| value.map(V::Scalar::from_f64)).collect();
         if rest == 1 {
             let roots = (0..len).map(|k| cis(-2.0 * PI * k as f64 / len as f64)).collect();
-            return Self { level, len, factors, roots, bluestein: None };
+            return Self { level, len, factors, roots: scalars(roots), bluestein: None };
         }
         let chirp: Vec<[f64; 2]> =
             (0..len).map(|j| cis(-PI * (j * j % (2 * len)) as f64 / len as f64)).collect();
-        let fft = Self::new(level, (2 * len - 1).next_power_of_two());
-        let mut inverse = vec![ZERO; fft.len];
-        for (j, [cosine, sine]) in chirp.iter().enumerate() {
-            let value = [F64x4([*cosine; LANES]), F64x4([-sine; LANES])];
+        let wide = (2 * len - 1).next_power_of_two();
+        let mut inverse = vec![ZERO; wide];
+        for (j, value) in chirp.iter().enumerate() {
+            let value = [value[0], -value[1]].map(|part| F64x4([part; LANES]));
             inverse[j] = value;
-            inverse[(fft.len - j) % fft.len] = value;
+            inverse[(wide - j) % wide] = value;
         }
-        fft.run(&mut inverse, &mut Vec::new());
-        let spectrum = inverse.iter().map(|value| value.map(|part| part.0[0] / fft.len as f64)).collect();
-        let bluestein = Some(Box::new(Bluestein { chirp, spectrum, fft }));
-        Self { level, len, factors: Vec::new(), roots: Vec::new(), bluestein }
+        Fft::<F64x4>::new(level, wide).run(&mut inverse, &mut Vec::new());
+        let spectrum = inverse.iter().map(|value| value.map(|part| part.0[0] / wide as f64)).collect();
+        let bluestein =
+            Bluestein { chirp: scalars(chirp), spectrum: scalars(spectrum), fft: Self::new(level, wide) };
+        Self { level, len, factors: Vec::new(), roots: Vec::new(), bluestein: Some(Box::new(bluestein)) }
     }
 
-    /// Transforms `data`; what `scratch` holds before and after is arbitrary.
-    pub(crate) fn run(&self, data: &mut Vec<Complex4>, scratch: &mut Vec<Complex4>) {
-        debug_assert_eq!(data.len(), self.len);
+    /// Transforms the sequences that are interleaved in `data`, as many as its length has room for; what
+    /// `scratch` holds before and after is arbitrary.
+    pub(crate) fn run(&self, data: &mut Vec<Complex<V>>, scratch: &mut Vec<Complex<V>>) {
+        let zero = [V::ZERO; 2];
+        let count = data.len() / self.len.max(1);
+        debug_assert_eq!(data.len(), count * self.len);
         let Some(bluestein) = &self.bluestein else {
-            scratch.resize(self.len, ZERO);
-            self.level.run(Passes { fft: self, data, scratch });
+            scratch.resize(data.len(), zero);
+            self.level.run(Passes { fft: self, count, data, scratch });
             if self.factors.len() % 2 == 1 {
                 std::mem::swap(data, scratch);
             }
             return;
         };
         let Bluestein { chirp, spectrum, fft } = &**bluestein;
-        let mut wide = vec![ZERO; fft.len];
-        for ((to, from), chirp) in wide.iter_mut().zip(&*data).zip(chirp) {
-            *to = times(from, *chirp);
-        }
+        let mut wide = vec![zero; count * fft.len];
+        wide[..data.len()].copy_from_slice(data);
+        self.level.run(Multiply { data: &mut wide, factors: chirp, count });
         fft.run(&mut wide, scratch);
-        wide.iter_mut().zip(spectrum).for_each(|(value, factor)| *value = times(value, *factor));
+        self.level.run(Multiply { data: &mut wide, factors: spectrum, count });
         // The transform of a transform is the sequence in reverse.
         fft.run(&mut wide, scratch);
-        for (k, (to, chirp)) in data.iter_mut().zip(chirp).enumerate() {
-            *to = times(&wide[(fft.len - k) % fft.len], *chirp);
+        data[..count].copy_from_slice(&wide[..count]);
+        for (to, from) in data.chunks_exact_mut(count).skip(1).zip(wide.chunks_exact(count).rev()) {
+            to.copy_from_slice(from);
         }
+        self.level.run(Multiply { data, factors: chirp, count });
     }
 }
 
@@ -113,104 +126,140 @@ pub(crate) fn times([re, im]: &Complex4, [x, y]: [f64; 2]) -> Complex4 {
     [F64x4::from_fn(|i| re.0[i] * x - im.0[i] * y), F64x4::from_fn(|i| re.0[i] * y + im.0[i] * x)]
 }
 
-/// All passes, to and fro between two buffers of the same length.
-struct Passes<'a> {
-    fft: &'a Fft,
-    data: &'a mut [Complex4],
-    scratch: &'a mut [Complex4],
+/// Multiplies element j of each of `count` interleaved sequences by the j-th factor.
+pub(crate) struct Multiply<'a, V: Vector> {
+    pub(crate) data: &'a mut [Complex<V>],
+    pub(crate) factors: &'a [[V::Scalar; 2]],
+    pub(crate) count: usize,
 }
 
-/// Four complex numbers in registers.
-type Vector<S> = [<S as Simd>::f64s; 2];
-
-impl WithSimd for Passes<'_> {
+impl<V: Vector> WithSimd for Multiply<'_, V> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { fft, data: mut from, scratch: mut to } = self;
-        let (mut m, mut s) = (fft.len, 1);
-        for &radix in &fft.factors {
-            m /= radix;
-            match radix {
-                4 => pass4(simd, &fft.roots, (m, s), from, to),
-                2 => pass2(simd, &fft.roots, (m, s), from, to),
-                _ => pass_odd(simd, &fft.roots, (m, s, radix), from, to),
+        for (values, factor) in self.data.chunks_exact_mut(self.count).zip(self.factors) {
+            let factor = splat::<V, S>(simd, *factor);
+            for value in values {
+                for r in 0..V::REGISTERS {
+                    let [re, im] = read::<V, S>(simd, r, value);
+                    let mul = V::Scalar::mul::<S>;
+                    let re_part = V::Scalar::sub(simd, mul(simd, re, factor[0]), mul(simd, im, factor[1]));
+                    let im_part = V::Scalar::add(simd, mul(simd, re, factor[1]), mul(simd, im, factor[0]));
+                    write(simd, r, [re_part, im_part], value);
+                }
             }
-            s *= radix;
+        }
+    }
+}
+
+/// All passes, to and fro between two buffers of the same length.
+struct Passes<'a, V: Vector> {
+    fft: &'a Fft<V>,
+    count: usize,
+    data: &'a mut [Complex<V>],
+    scratch: &'a mut [Complex<V>],
+}
+
+/// Complex numbers in registers.
+type Complexes<V, S> = [<<V as Vector>::Scalar as Real>::Register<S>; 2];
+
+/// What a pass has to know: m, s and the number of sequences at the start.
+#[derive(Clone, Copy)]
+struct Pass<'a, T> {
+    roots: &'a [[T; 2]],
+    m: usize,
+    s: usize,
+    count: usize,
+}
+
+impl<T: Copy> Pass<'_, T> {
+    /// e^(-2 pi i p k / (r m)).
+    #[inline(always)]
+    fn root(&self, pk: usize) -> [T; 2] {
+        self.roots[pk * (self.s / self.count)]
+    }
+}
+
+impl<V: Vector> WithSimd for Passes<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { fft, count, data: mut from, scratch: mut to } = self;
+        let mut pass = Pass { roots: &fft.roots[..], m: fft.len, s: count, count };
+        for &radix in &fft.factors {
+            pass.m /= radix;
+            match radix {
+                4 => pass4(simd, pass, from, to),
+                2 => pass2(simd, pass, from, to),
+                _ => pass_odd(simd, pass, radix, from, to),
+            }
+            pass.s *= radix;
             std::mem::swap(&mut from, &mut to);
         }
     }
 }
 
 #[inline(always)]
-fn read<S: Simd>(simd: S, value: &Complex4) -> Vector<S> {
-    [load(simd, &value[0]), load(simd, &value[1])]
+fn read<V: Vector, S: Simd>(simd: S, r: usize, value: &Complex<V>) -> Complexes<V, S> {
+    [Real::load(simd, value[0].lanes(), r), Real::load(simd, value[1].lanes(), r)]
 }
 
 #[inline(always)]
-fn write<S: Simd>(simd: S, vector: Vector<S>, value: &mut Complex4) {
-    store(simd, vector[0], &mut value[0]);
-    store(simd, vector[1], &mut value[1]);
+fn write<V: Vector, S: Simd>(simd: S, r: usize, vector: Complexes<V, S>, value: &mut Complex<V>) {
+    for (part, vector) in value.iter_mut().zip(vector) {
+        Real::store(simd, vector, part.lanes_mut(), r);
+    }
 }
 
 #[inline(always)]
-fn add<S: Simd>(simd: S, a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [simd.add_f64s(a[0], b[0]), simd.add_f64s(a[1], b[1])]
+fn add<V: Vector, S: Simd>(simd: S, a: Complexes<V, S>, b: Complexes<V, S>) -> Complexes<V, S> {
+    [V::Scalar::add(simd, a[0], b[0]), V::Scalar::add(simd, a[1], b[1])]
 }
 
 #[inline(always)]
-fn sub<S: Simd>(simd: S, a: Vector<S>, b: Vector<S>) -> Vector<S> {
-    [simd.sub_f64s(a[0], b[0]), simd.sub_f64s(a[1], b[1])]
+fn sub<V: Vector, S: Simd>(simd: S, a: Complexes<V, S>, b: Complexes<V, S>) -> Complexes<V, S> {
+    [V::Scalar::sub(simd, a[0], b[0]), V::Scalar::sub(simd, a[1], b[1])]
 }
 
 #[inline(always)]
-fn mul<S: Simd>(simd: S, a: Vector<S>, b: Vector<S>) -> Vector<S> {
+fn mul<V: Vector, S: Simd>(simd: S, a: Complexes<V, S>, b: Complexes<V, S>) -> Complexes<V, S> {
     [
-        simd.negate_mul_add_f64s(a[1], b[1], simd.mul_f64s(a[0], b[0])),
-        simd.mul_add_f64s(a[0], b[1], simd.mul_f64s(a[1], b[0])),
+        V::Scalar::negate_mul_add(simd, a[1], b[1], V::Scalar::mul(simd, a[0], b[0])),
+        V::Scalar::mul_add(simd, a[0], b[1], V::Scalar::mul(simd, a[1], b[0])),
     ]
 }
 
 #[inline(always)]
-fn splat<S: Simd>(simd: S, value: [f64; 2]) -> Vector<S> {
-    value.map(|part| simd.splat_f64s(part))
+fn splat<V: Vector, S: Simd>(simd: S, value: [V::Scalar; 2]) -> Complexes<V, S> {
+    value.map(|part| V::Scalar::splat(simd, part))
 }
 
 #[inline(always)]
-fn pass2<S: Simd>(simd: S, roots: &[[f64; 2]], (m, s): (usize, usize), x: &[Complex4], y: &mut [Complex4]) {
-    let (x0, x1) = x.split_at(s * m);
+fn pass2<V: Vector, S: Simd>(simd: S, pass: Pass<'_, V::Scalar>, x: &[Complex<V>], y: &mut [Complex<V>]) {
+    let s = pass.s;
+    let (x0, x1) = x.split_at(s * pass.m);
     for (p, y) in y.chunks_exact_mut(2 * s).enumerate() {
-        let w = splat(simd, roots[p * s]);
+        let w = splat::<V, S>(simd, pass.root(p));
         let (y0, y1) = y.split_at_mut(s);
         let (x0, x1) = (&x0[s * p..][..s], &x1[s * p..][..s]);
         for q in 0..s {
-            let (a, b) = (read(simd, &x0[q]), read(simd, &x1[q]));
-            write(simd, add(simd, a, b), &mut y0[q]);
-            write(simd, mul(simd, sub(simd, a, b), w), &mut y1[q]);
+            for r in 0..V::REGISTERS {
+                let (a, b) = (read(simd, r, &x0[q]), read(simd, r, &x1[q]));
+                write(simd, r, add::<V, S>(simd, a, b), &mut y0[q]);
+                write(simd, r, mul::<V, S>(simd, sub::<V, S>(simd, a, b), w), &mut y1[q]);
+            }
         }
     }
 }
 
 #[inline(always)]
-fn pass4<S: Simd>(simd: S, roots: &[[f64; 2]], (m, s): (usize, usize), x: &[Complex4], y: &mut [Complex4]) {
-    let (x0, x) = x.split_at(s * m);
-    let (x1, x) = x.split_at(s * m);
-    let (x2, x3) = x.split_at(s * m);
-    if s == 1 {
-        let (lower, upper) = (x0.iter().zip(x1), x2.iter().zip(x3));
-        let w = roots.iter().zip(roots.iter().step_by(2)).zip(roots.iter().step_by(3));
-        for ((((x0, x1), (x2, x3)), y), ((w1, w2), w3)) in lower.zip(upper).zip(y.chunks_exact_mut(4)).zip(w)
-        {
-            let x = [x0, x1, x2, x3].map(|x| read(simd, x));
-            let [y0, y1, y2, y3] = butterfly4(simd, x);
-            write(simd, y0, &mut y[0]);
-            write(simd, mul(simd, y1, splat(simd, *w1)), &mut y[1]);
-            write(simd, mul(simd, y2, splat(simd, *w2)), &mut y[2]);
-            write(simd, mul(simd, y3, splat(simd, *w3)), &mut y[3]);
-        }
-        return;
-    }
+fn pass4<V: Vector, S: Simd>(simd: S, pass: Pass<'_, V::Scalar>, x: &[Complex<V>], y: &mut [Complex<V>]) {
+    let s = pass.s;
+    let (x0, x) = x.split_at(s * pass.m);
+    let (x1, x) = x.split_at(s * pass.m);
+    let (x2, x3) = x.split_at(s * pass.m);
     for (p, y) in y.chunks_exact_mut(4 * s).enumerate() {
         let [x0, x1, x2, x3] = [x0, x1, x2, x3].map(|x| &x[s * p..][..s]);
         let (y0, y) = y.split_at_mut(s);
@@ -219,75 +268,81 @@ fn pass4<S: Simd>(simd: S, roots: &[[f64; 2]], (m, s): (usize, usize), x: &[Comp
         let y3 = &mut y3[..s];
         if p == 0 {
             for q in 0..s {
-                let values = butterfly4(simd, [&x0[q], &x1[q], &x2[q], &x3[q]].map(|x| read(simd, x)));
-                write(simd, values[0], &mut y0[q]);
-                write(simd, values[1], &mut y1[q]);
-                write(simd, values[2], &mut y2[q]);
-                write(simd, values[3], &mut y3[q]);
+                for r in 0..V::REGISTERS {
+                    let values = butterfly4(simd, r, [&x0[q], &x1[q], &x2[q], &x3[q]]);
+                    write(simd, r, values[0], &mut y0[q]);
+                    write(simd, r, values[1], &mut y1[q]);
+                    write(simd, r, values[2], &mut y2[q]);
+                    write(simd, r, values[3], &mut y3[q]);
+                }
             }
             continue;
         }
-        let [w1, w2, w3] = [1, 2, 3].map(|k| splat(simd, roots[p * k * s]));
+        let [w1, w2, w3] = [1, 2, 3].map(|k| splat::<V, S>(simd, pass.root(p * k)));
         for q in 0..s {
-            let values = butterfly4(simd, [&x0[q], &x1[q], &x2[q], &x3[q]].map(|x| read(simd, x)));
-            write(simd, values[0], &mut y0[q]);
-            write(simd, mul(simd, values[1], w1), &mut y1[q]);
-            write(simd, mul(simd, values[2], w2), &mut y2[q]);
-            write(simd, mul(simd, values[3], w3), &mut y3[q]);
+            for r in 0..V::REGISTERS {
+                let values = butterfly4(simd, r, [&x0[q], &x1[q], &x2[q], &x3[q]]);
+                write(simd, r, values[0], &mut y0[q]);
+                write(simd, r, mul::<V, S>(simd, values[1], w1), &mut y1[q]);
+                write(simd, r, mul::<V, S>(simd, values[2], w2), &mut y2[q]);
+                write(simd, r, mul::<V, S>(simd, values[3], w3), &mut y3[q]);
+            }
         }
     }
 }
 
 /// The transform of four numbers.
 #[inline(always)]
-fn butterfly4<S: Simd>(simd: S, [a, b, c, d]: [Vector<S>; 4]) -> [Vector<S>; 4] {
-    let (e, f) = (add(simd, a, c), sub(simd, a, c));
-    let (g, h) = (add(simd, b, d), sub(simd, b, d));
+fn butterfly4<V: Vector, S: Simd>(simd: S, r: usize, [a, b, c, d]: [&Complex<V>; 4]) -> [Complexes<V, S>; 4] {
+    let (a, b, c, d) = (read(simd, r, a), read(simd, r, b), read(simd, r, c), read(simd, r, d));
+    let (e, f) = (add::<V, S>(simd, a, c), sub::<V, S>(simd, a, c));
+    let (g, h) = (add::<V, S>(simd, b, d), sub::<V, S>(simd, b, d));
     // f - i h and f + i h
-    let lower = [simd.add_f64s(f[0], h[1]), simd.sub_f64s(f[1], h[0])];
-    let upper = [simd.sub_f64s(f[0], h[1]), simd.add_f64s(f[1], h[0])];
-    [add(simd, e, g), lower, sub(simd, e, g), upper]
+    let lower = [V::Scalar::add(simd, f[0], h[1]), V::Scalar::sub(simd, f[1], h[0])];
+    let upper = [V::Scalar::sub(simd, f[0], h[1]), V::Scalar::add(simd, f[1], h[0])];
+    [add::<V, S>(simd, e, g), lower, sub::<V, S>(simd, e, g), upper]
 }
 
 /// An odd radix r: x_j and x_(r-j) have the same cosine and opposite sines, and so have the sums k and r - k.
 #[inline(always)]
-fn pass_odd<S: Simd>(
+fn pass_odd<V: Vector, S: Simd>(
     simd: S,
-    roots: &[[f64; 2]],
-    (m, s, r): (usize, usize, usize),
-    x: &[Complex4],
-    y: &mut [Complex4],
+    pass: Pass<'_, V::Scalar>,
+    radix: usize,
+    x: &[Complex<V>],
+    y: &mut [Complex<V>],
 ) {
     const HALF: usize = LARGEST_FACTOR / 2;
-    let zero = [simd.splat_f64s(0.0); 2];
+    let Pass { m, s, .. } = pass;
+    let zero = [V::Scalar::splat(simd, V::Scalar::from_f64(0.0)); 2];
     let (mut plus, mut minus) = ([zero; HALF], [zero; HALF]);
-    let half = r / 2;
-    for (p, y) in y.chunks_exact_mut(r * s).enumerate() {
-        for q in 0..s {
-            let at = |j: usize| read(simd, &x[s * (p + m * j) + q]);
+    let half = radix / 2;
+    for (p, y) in y.chunks_exact_mut(radix * s).enumerate() {
+        for (q, r) in (0..s).flat_map(|q| (0..V::REGISTERS).map(move |r| (q, r))) {
+            let at = |j: usize| read::<V, S>(simd, r, &x[s * (p + m * j) + q]);
             let first = at(0);
             let mut sum = first;
             for j in 1..=half {
-                let (a, b) = (at(j), at(r - j));
-                (plus[j - 1], minus[j - 1]) = (add(simd, a, b), sub(simd, a, b));
-                sum = add(simd, sum, plus[j - 1]);
+                let (a, b) = (at(j), at(radix - j));
+                (plus[j - 1], minus[j - 1]) = (add::<V, S>(simd, a, b), sub::<V, S>(simd, a, b));
+                sum = add::<V, S>(simd, sum, plus[j - 1]);
             }
-            write(simd, sum, &mut y[q]);
+            write(simd, r, sum, &mut y[q]);
             for k in 1..=half {
                 let (mut even, mut odd, mut angle) = (first, zero, 0);
                 for (plus, minus) in plus[..half].iter().zip(&minus[..half]) {
                     angle += k;
-                    angle -= if angle >= r { r } else { 0 };
-                    let [cosine, sine] = splat(simd, roots[angle * m * s]);
-                    even = [0, 1].map(|i| simd.mul_add_f64s(plus[i], cosine, even[i]));
-                    odd = [0, 1].map(|i| simd.mul_add_f64s(minus[i], sine, odd[i]));
+                    angle -= if angle >= radix { radix } else { 0 };
+                    let [cosine, sine] = splat::<V, S>(simd, pass.root(angle * m));
+                    even = [0, 1].map(|i| V::Scalar::mul_add(simd, plus[i], cosine, even[i]));
+                    odd = [0, 1].map(|i| V::Scalar::mul_add(simd, minus[i], sine, odd[i]));
                 }
                 // even + i odd, and even - i odd for r - k
-                let lower = [simd.sub_f64s(even[0], odd[1]), simd.add_f64s(even[1], odd[0])];
-                let upper = [simd.add_f64s(even[0], odd[1]), simd.sub_f64s(even[1], odd[0])];
-                for (k, value) in [(k, lower), (r - k, upper)] {
-                    let w = splat(simd, roots[p * k * s]);
-                    write(simd, mul(simd, value, w), &mut y[s * k + q]);
+                let lower = [V::Scalar::sub(simd, even[0], odd[1]), V::Scalar::add(simd, even[1], odd[0])];
+                let upper = [V::Scalar::add(simd, even[0], odd[1]), V::Scalar::sub(simd, even[1], odd[0])];
+                for (k, value) in [(k, lower), (radix - k, upper)] {
+                    let w = splat::<V, S>(simd, pass.root(p * k));
+                    write(simd, r, mul::<V, S>(simd, value, w), &mut y[s * k + q]);
                 }
             }
         }
@@ -307,7 +362,7 @@ mod tests {
             let input: Vec<Complex4> = (0..len).map(|j| [wave(j), wave(j + len)]).collect();
             let mut results = [SimdLevel::detect(), SimdLevel::Portable].map(|level| {
                 let mut data = input.clone();
-                Fft::new(level, len).run(&mut data, &mut Vec::new());
+                Fft::<F64x4>::new(level, len).run(&mut data, &mut Vec::new());
                 data
             });
             assert!(results[0] == results[1], "{len}: every level has the same arithmetic");

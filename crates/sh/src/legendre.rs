@@ -27,16 +27,17 @@ use std::f64::consts::PI;
 
 use pulp::Simd;
 
-use crate::f64x4::{F64x4, LANES, load, store};
+use crate::f64x4::{self, F64x4};
 use crate::scaled::{HIGH, INVERSE_UNIT, Scaled};
+use crate::vector::{F64x8, LANES, load8, registers, store8};
 
-/// P_mm = c_m sin^m(theta) of rows in fours, for every m up to a degree.
+/// P_mm = c_m sin^m(theta) of rows in eights, for every m up to a degree.
 pub(crate) struct Sectoral {
     /// c_m for each m.
     factors: Vec<f64>,
-    /// sin^j, j = 0 .. FINE, group by group.
+    /// sin^j, j = 0 .. FINE, four rows by four.
     fine: Vec<Scaled>,
-    /// sin^(FINE j), j = 0 ..= degree / FINE, group by group.
+    /// sin^(FINE j), j = 0 ..= degree / FINE, four rows by four.
     coarse: Vec<Scaled>,
     groups: usize,
 }
@@ -46,7 +47,9 @@ const FINE: usize = 16;
 
 impl Sectoral {
     /// The sectoral functions of rows of the given sines.
-    pub(crate) fn new(sines: &[F64x4], degree: usize) -> Self {
+    pub(crate) fn new(sines: &[F64x8], degree: usize) -> Self {
+        let half = |sines: &F64x8, half| F64x4::from_fn(|lane| sines.0[f64x4::LANES * half + lane]);
+        let sines: Vec<F64x4> = sines.iter().flat_map(|sines| [half(sines, 0), half(sines, 1)]).collect();
         let groups = sines.len();
         let mut fine = vec![Scaled::ONE; groups];
         for j in 0..FINE {
@@ -76,12 +79,18 @@ impl Sectoral {
         Self { factors, fine, coarse, groups }
     }
 
+    /// The values of eight rows and their exponents.
     #[inline(always)]
-    fn start(&self, m: usize, group: usize) -> Scaled {
-        let coarse = self.coarse[m / FINE * self.groups + group];
-        let mut start = coarse.times(self.fine[m % FINE * self.groups + group]);
-        start.value.0.iter_mut().for_each(|value| *value *= self.factors[m]);
-        start
+    fn start(&self, m: usize, group: usize) -> [F64x8; 2] {
+        let halves = [0, 1].map(|half| {
+            let at = 2 * group + half;
+            self.coarse[m / FINE * self.groups + at].times(self.fine[m % FINE * self.groups + at])
+        });
+        let lane = |i: usize| (&halves[i / f64x4::LANES], i % f64x4::LANES);
+        [
+            F64x8::from_fn(|i| lane(i).0.value.0[lane(i).1] * self.factors[m]),
+            F64x8::from_fn(|i| lane(i).0.exponent.0[lane(i).1]),
+        ]
     }
 }
 
@@ -93,11 +102,11 @@ impl Sectoral {
 /// Each lane has its own copy, because loads need fewer registers than broadcasts.
 #[derive(Clone, Copy)]
 pub(crate) struct Step {
-    pub(crate) a: F64x4,
-    pub(crate) b: [F64x4; 2],
+    pub(crate) a: F64x8,
+    pub(crate) b: [F64x8; 2],
 }
 
-/// Which of the two forms of a [`Step`] four rows use: 0 for x^2, 1 for -sin^2(theta).
+/// Which of the two forms of a [`Step`] eight rows use: 0 for x^2, 1 for -sin^2(theta).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Form(usize);
 
@@ -118,7 +127,7 @@ impl Form {
 
 impl Step {
     #[inline(always)]
-    pub(crate) fn b(&self, form: Form) -> &F64x4 {
+    pub(crate) fn b(&self, form: Form) -> &F64x8 {
         &self.b[form.0]
     }
 }
@@ -159,8 +168,8 @@ impl LegendreRecurrence {
             self.alpha.push(alpha);
             let squares = e1 * e1 + e2 * e2;
             self.steps.push(Step {
-                a: F64x4([a; LANES]),
-                b: [-a * squares, a * (1.0 - squares)].map(|b| F64x4([b; LANES])),
+                a: F64x8::from_fn(|_| a),
+                b: [-a * squares, a * (1.0 - squares)].map(|b| F64x8::from_fn(|_| b)),
             });
             alpha = sign / (alpha * e2 * e3);
             sign = -sign;
@@ -192,26 +201,52 @@ impl LegendreRecurrence {
     }
 }
 
-/// The argument of the recurrence in four rows.
+/// The argument of the recurrence in eight rows.
 #[derive(Clone, Copy)]
 pub(crate) struct Argument<'a> {
     /// The form of the steps that the rows use.
     pub(crate) form: Form,
     /// The argument of this form in each row ([`Form::argument`]).
-    pub(crate) y: &'a F64x4,
+    pub(crate) y: &'a F64x8,
 }
 
-/// The state in which four rows enter the sums: from `step` on, all four are in the range of a double.
+/// The state in which eight rows enter the sums: from `step` on, all are in the range of a double.
 pub(crate) struct Entry {
     /// The first step k at which every row is in range; the number of steps if this never happens.
     pub(crate) step: usize,
     /// lambda at `step`.
-    pub(crate) current: F64x4,
+    pub(crate) current: F64x8,
     /// lambda at the step before `step`.
-    pub(crate) previous: F64x4,
+    pub(crate) previous: F64x8,
 }
 
-/// Runs the recurrence of four rows until all are in range.
+impl Entry {
+    /// Goes on by one step. Whether the size of any lane is above `limit` then.
+    #[inline(always)]
+    pub(crate) fn advance<S: Simd>(
+        &mut self,
+        simd: S,
+        Argument { form, y }: Argument<'_>,
+        steps: &[Step],
+        limit: f64,
+    ) -> bool {
+        let step = &steps[self.step];
+        self.step += 1;
+        let mut beyond = false;
+        for r in 0..registers::<S>() {
+            let factor =
+                simd.mul_add_f64s(load8(simd, &step.a, r), load8(simd, y, r), load8(simd, step.b(form), r));
+            let next =
+                simd.mul_add_f64s(factor, load8(simd, &self.current, r), load8(simd, &self.previous, r));
+            store8(simd, load8(simd, &self.current, r), &mut self.previous, r);
+            store8(simd, next, &mut self.current, r);
+            beyond |= simd.reduce_max_f64s(simd.abs_f64s(next)) > limit;
+        }
+        beyond
+    }
+}
+
+/// Runs the recurrence of eight rows until all are in range.
 ///
 /// `partial` is called for each step at which some rows are in range, with lambda_k and zeros for the others.
 #[inline(always)]
@@ -220,49 +255,30 @@ pub(crate) fn enter<S: Simd>(
     recurrence: &LegendreRecurrence,
     sectoral: &Sectoral,
     group: usize,
-    Argument { form, y }: Argument<'_>,
-    mut partial: impl FnMut(usize, &F64x4),
+    argument: Argument<'_>,
+    mut partial: impl FnMut(usize, &F64x8),
 ) -> Entry {
-    let start = sectoral.start(recurrence.m, group);
-    let mut exponent = start.exponent.0;
-    let mut state = Entry { step: 0, current: start.value, previous: F64x4::ZERO };
-    let (steps, y) = (&recurrence.steps[..], load(simd, y));
-    let advance = |current, previous, step: &Step| {
-        let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(form)));
-        simd.mul_add_f64s(factor, current, previous)
-    };
-    while exponent != [0.0; LANES] && state.step < steps.len() {
-        if exponent.contains(&0.0) {
-            let mut masked = state.current;
-            (0..LANES).filter(|&i| exponent[i] > 0.0).for_each(|i| masked.0[i] = 0.0);
+    let [current, mut exponent] = sectoral.start(recurrence.m, group);
+    let mut state = Entry { step: 0, current, previous: F64x8::ZERO };
+    let steps = &recurrence.steps[..];
+    while exponent != F64x8::ZERO && state.step < steps.len() {
+        let some = exponent.0.contains(&0.0);
+        if some {
+            let current = &state.current;
+            let masked = F64x8::from_fn(|i| if exponent.0[i] > 0.0 { 0.0 } else { current.0[i] });
             partial(state.step, &masked);
         }
         // One step if some rows are in range; otherwise as many as it takes.
-        let (mut current, mut previous) = (load(simd, &state.current), load(simd, &state.previous));
-        for step in &steps[state.step..] {
-            (current, previous) = (advance(current, previous, step), current);
-            state.step += 1;
-            if any_beyond(simd, current, HIGH) || exponent.contains(&0.0) {
-                break;
-            }
-        }
-        store(simd, current, &mut state.current);
-        store(simd, previous, &mut state.previous);
+        while !state.advance(simd, argument, steps, HIGH) && !some && state.step < steps.len() {}
         for i in 0..LANES {
-            if state.current.0[i].abs() > HIGH && exponent[i] > 0.0 {
+            if state.current.0[i].abs() > HIGH && exponent.0[i] > 0.0 {
                 state.current.0[i] *= INVERSE_UNIT;
                 state.previous.0[i] *= INVERSE_UNIT;
-                exponent[i] -= 1.0;
+                exponent.0[i] -= 1.0;
             }
         }
     }
     state
-}
-
-/// Whether the size of any lane is above a limit.
-#[inline(always)]
-fn any_beyond<S: Simd>(simd: S, vector: S::f64s, limit: f64) -> bool {
-    simd.reduce_max_f64s(simd.abs_f64s(vector)) > limit
 }
 
 /// The sine of the colatitude below which P_lm of every l <= degree is negligible.

@@ -5,23 +5,26 @@
 //! Legendre functions along each column of equal m ([`sums`], `legendre`). On pixel-centred rows and past
 //! half of their degree, [`resample`] makes the sums along the columns exact.
 //!
-//! Work is O(W H log W + H degree^2). Tasks are fixed (four pairs of rows,
-//! two orders m) and each writes its own part, so results are bit-identical for any number of threads.
+//! Work is O(W H log W + H degree^2). Tasks are fixed (eight pairs of rows, some orders m) and each
+//! writes its own part, so results are bit-identical for any number of threads. What works along the rows has
+//! the precision of the pixels, the sums of Legendre functions have double precision.
 
 mod analysis;
 mod fourier;
 mod grid;
 mod plan;
 mod resample;
+mod sample;
 mod spare;
 mod sums;
 mod synthesis;
 #[cfg(test)]
 mod tests;
 
-pub use fourier::{ImageRows, Sample};
+pub use fourier::ImageRows;
 pub use grid::{GaussGrid, Grid};
 pub use plan::TransformError;
+pub use sample::Sample;
 pub use synthesis::Synthesis;
 
 use crate::f64x4::SimdLevel;
@@ -30,17 +33,18 @@ use analysis::Colatitude;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///
 /// Pixels are RGB, row by row from the top as in [`sphere::LatLong`]; coefficients are those of
 /// [`Expansion`]: real orthonormal harmonics in Specula's frame, in the unit of the pixels. Analysis after
-/// synthesis returns the coefficients within 1e-12 of the largest (`f64`, degree 511).
+/// synthesis returns the coefficients within 1e-12 of the largest (`f64`, degree 511). Pixels of `f32` make
+/// an error of at most 1e-6 of the largest coefficient or pixel.
 ///
-/// A plan keeps the memory of finished calls for the next: 48 bytes for each row and m, and 24 (degree + 1)^2
-/// after an analysis (300 MB at degree 2048 and 4100x2050). Calls from several threads at once each have
-/// their own.
+/// A plan keeps the memory of finished calls for the next: 24 bytes for each row and m if pixels are `f32`,
+/// 48 if they are `f64`, and 24 (degree + 1)^2 (200 or 300 MB at degree 2048 and 4100x2050). Calls from
+/// several threads at once each have their own.
 ///
 /// # Example: a constant sky has one non-zero coefficient
 /// ```

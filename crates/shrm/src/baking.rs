@@ -24,6 +24,7 @@ mod solver;
 mod view_grid;
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
@@ -43,6 +44,23 @@ pub const BAKED_AT_ONCE: usize = solver::LANES;
 /// revision.
 pub const REVISION: u32 = 2;
 
+/// The tables of the lamps of one reflection, which its maps share: those of all degrees P with as many views
+/// are the same.
+#[derive(Default)]
+pub struct LampTables(Vec<((usize, bool), Arc<LightTable>)>);
+
+impl LampTables {
+    fn serving(&mut self, lamps: &Lamps, views: &ViewGrid) -> Arc<LightTable> {
+        let key = (views.rows.len(), views.orders() == 0);
+        if let Some((_, table)) = self.0.iter().find(|(other, _)| *other == key) {
+            return Arc::clone(table);
+        }
+        let table = Arc::new(LightTable::new(lamps, views));
+        self.0.push((key, Arc::clone(&table)));
+        table
+    }
+}
+
 impl Reflection {
     /// The mean radiance of all light, lamps included, times [`BLACK_SHARE`]: e of the module's text.
     fn dark(&self) -> f64 {
@@ -61,13 +79,14 @@ impl Reflection {
     pub fn bake(&self, grid: MapGrid, view: View, p: Degree, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
         let texels: Vec<usize> = (0..grid.len()).collect();
         let soft = self.synthesise(grid, View::Local, stop)?;
-        let local = self.bake_texels(&soft, p, &texels, stop)?;
+        let local = self.bake_texels(&soft, p, &texels, &mut LampTables::default(), stop)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
 
     /// Some texels of [`Reflection::bake`]'s local map of degree `p`, from the local map that
     /// [`Reflection::synthesise`] makes; if they have to be fitted, texels that are not listed are black. The
-    /// work is that of the listed texels. `stop` is asked between blocks of them.
+    /// work is that of the listed texels. `tables` serve this reflection alone. `stop` is asked between
+    /// blocks of texels.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`].
@@ -79,40 +98,39 @@ impl Reflection {
         soft: &Shrm,
         p: Degree,
         texels: &[usize],
+        tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<Shrm, SynthesisError> {
         match self.lamps().filter(|lamps| !lamps.lights.is_empty()) {
             None => Ok(soft.clone()),
             Some(lamps) if soft.p().get() == 0 => Ok(added(soft.clone(), lamps)),
-            Some(lamps) => self.fitted(soft, lamps, p, texels, stop),
+            Some(lamps) => {
+                let fit = TexelFit::new(self, soft, lamps, p, tables);
+                fit.texels(texels, stop)
+            }
         }
     }
+}
 
+impl TexelFit<'_> {
     /// The listed texels fitted to the soft field and the lamps.
-    fn fitted(
-        &self,
-        soft: &Shrm,
-        lamps: &Lamps,
-        p: Degree,
-        texels: &[usize],
-        stop: Stop<'_>,
-    ) -> Result<Shrm, SynthesisError> {
+    fn texels(&self, texels: &[usize], stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
+        let (soft, p) = (self.soft, self.p);
         let (grid, terms) = (soft.grid(), soft.terms());
         let rows = if terms == Terms::Zonal { p.get() + 1 } else { p.rows() };
         if grid.len().saturating_mul(rows) > MOST_VALUES {
             return Err(SynthesisError::TooLarge { texels: grid.len(), rows });
         }
-        let fit = TexelFit::new(self, soft, lamps, p);
         let level = SimdLevel::detect();
         let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
         let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
         blocks.try_for_each(|(values, texels)| {
             stop.check()?;
-            let lit = fit.light(texels, level);
+            let lit = self.light(texels, level);
             for (channel, lit) in lit.into_iter().enumerate() {
-                let coefficients = fit.solve(lit, level);
+                let coefficients = self.solve(lit, level);
                 for (lane, out) in values.chunks_exact_mut(rows).enumerate() {
-                    for (rows, values) in fit.pairs.iter().zip(&coefficients) {
+                    for (rows, values) in self.pairs.iter().zip(&coefficients) {
                         for (row, value) in rows.iter().zip(values) {
                             row.iter().for_each(|row| out[*row][channel] = value.0[lane]);
                         }
@@ -132,6 +150,8 @@ impl Reflection {
 /// What the fits of all texels share.
 struct TexelFit<'a> {
     soft: &'a Shrm,
+    /// The map's P.
+    p: Degree,
     /// The radiance e below which a value counts as black.
     dark: f32,
     /// The views, and the harmonics that are fitted there.
@@ -141,7 +161,7 @@ struct TexelFit<'a> {
     /// The soft field's harmonics at the same views, and the rows of its coefficients.
     field_views: ViewGrid,
     field_pairs: Vec<[Option<usize>; 2]>,
-    table: LightTable,
+    table: Arc<LightTable>,
     lamps: Vec<PlacedLamp>,
 }
 
@@ -154,13 +174,20 @@ struct Lit {
 }
 
 impl<'a> TexelFit<'a> {
-    fn new(reflection: &Reflection, soft: &'a Shrm, lamps: &Lamps, p: Degree) -> Self {
+    fn new(
+        reflection: &Reflection,
+        soft: &'a Shrm,
+        lamps: &Lamps,
+        p: Degree,
+        tables: &mut LampTables,
+    ) -> Self {
         let views = ViewGrid::new(p.get(), p.get(), soft.terms(), soft.centre());
         let field_views = ViewGrid::new(soft.p().get(), p.get(), soft.terms(), soft.centre());
         let (pairs, field_pairs) = (views.rows_of_pairs(), field_views.rows_of_pairs());
-        let table = LightTable::new(lamps, &views);
+        let table = tables.serving(lamps, &views);
         let lamps = table.placed(lamps);
-        Self { soft, dark: reflection.dark() as f32, views, pairs, field_views, field_pairs, table, lamps }
+        let dark = reflection.dark() as f32;
+        Self { soft, p, dark, views, pairs, field_views, field_pairs, table, lamps }
     }
 
     /// The light of each channel at up to eight texels.
@@ -314,11 +341,16 @@ mod tests {
         }
         // Some texels alone are those of the whole map.
         let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
-        let some = reflection.bake_texels(&soft, most_p(), &[3, 17], Stop::NEVER).unwrap();
+        let some = reflection
+            .bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), Stop::NEVER)
+            .unwrap();
         assert_eq!((some.texel(3), some.texel(17)), (local.texel(3), local.texel(17)));
         assert!(some.texel(4).iter().all(|value| *value == [0.0; 3]));
         let stop = Stop::when(&|| true);
-        assert_eq!(reflection.bake_texels(&soft, most_p(), &[3, 17], stop), Err(Stopped.into()));
+        assert_eq!(
+            reflection.bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), stop),
+            Err(Stopped.into())
+        );
         assert_eq!(reflection.bake(grid, View::Local, most_p(), stop), Err(Stopped.into()));
     }
 
@@ -342,7 +374,8 @@ mod tests {
         let (reflection, _) = Reflection::for_light(&studio(), &brdf, material, Stop::NEVER).unwrap();
         let soft = reflection.synthesise(MapGrid::Cube(Cube { edge: 8 }), View::Local, Stop::NEVER).unwrap();
         let lamps = reflection.lamps().unwrap();
-        let fit = TexelFit::new(&reflection, &soft, lamps, Degree::new(p).unwrap());
+        let fit =
+            TexelFit::new(&reflection, &soft, lamps, Degree::new(p).unwrap(), &mut LampTables::default());
         for first in (0..soft.grid().len()).step_by(3 * BAKED_AT_ONCE) {
             let texels: Vec<usize> = (first..soft.grid().len()).take(BAKED_AT_ONCE).collect();
             let [_, lit, _] = fit.light(&texels, SimdLevel::detect());

@@ -8,22 +8,27 @@
 //! samples stay below `SHOWS`, or which a [`DegreeRule`] takes, and then the least F that adds no more than
 //! `SHOWS_BESIDE` to them.
 
-use brdf::{BrdfCoefficients, Centre};
-use rayon::prelude::*;
-use sh::{Basis, Degree, Expansion, Stop, Stopped, rotate_orders};
-use sphere::{Direction, spiral};
+use std::sync::Arc;
 
-use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
-use crate::lamps::{LampPoints, Lamps};
-use crate::reflection::MOST_P;
-use crate::{Reflection, frame};
+use brdf::BrdfCoefficients;
+use sh::{Degree, Expansion, Stop, Stopped, Window};
+
+use crate::degree_rule::{DegreeRule, MapDegree};
+use crate::lamps::Lamps;
+use crate::samples::Samples;
+use crate::turned_light::{TurnedLight, VIEWS};
+use crate::{Reflection, stops};
+use trial::{Beside, Sample, Trial};
+
+pub(crate) use trial::seen;
+
+pub use crate::stops::BLACK_SHARE;
+
+mod trial;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
 pub const REVISION: u32 = 2;
-
-/// Radiance below this share of the mean counts as black.
-pub const BLACK_SHARE: f64 = 0.01;
 
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what P cuts.
 const SHOWS: [f64; 2] = [0.06, 0.12];
@@ -37,16 +42,10 @@ pub const DIFFUSE: f64 = 0.5;
 const SHOWS_BESIDE: [f64; 2] = [0.015, 0.05];
 
 /// The number of central directions of the samples, and of views of each.
-pub(crate) const SAMPLES: [usize; 2] = [96, 16];
+pub(crate) const SAMPLES: [usize; 2] = [96, VIEWS];
 
 /// The number of times that [`Reflection::for_light`] asks whether to stop.
 pub const STEPS: usize = SAMPLES[0];
-
-/// The degrees F that are tried, besides the highest.
-const TRIED_F: [usize; 19] = [2, 4, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100, 120, 150, 180, 215];
-
-/// The degrees P that are tried.
-const TRIED_P: [usize; 11] = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12, MOST_P];
 
 /// Degrees and the error of a cut at them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,19 +82,28 @@ impl CutAllowance {
 }
 
 /// The least degrees at which a cut of this light on this material uses no more than its share of the limits;
-/// if none do, the highest.
+/// if none do, the highest. Also the samples that the cut was compared with, and what is beside the cut.
 ///
-/// `lighting` is the light without the lamps, `brdf` has degrees that are high enough
+/// `turned` is the light without the lamps, `brdf` has degrees that are high enough
 /// ([`brdf::Choice::Full`]).
 fn choose(
     lighting: &Expansion,
+    turned: &TurnedLight,
     brdf: &BrdfCoefficients,
     beside: Beside<'_>,
     allowance: CutAllowance,
     stop: Stop<'_>,
-) -> Result<Cut, Stopped> {
-    let trial = Trial::new(lighting, brdf, SAMPLES[0], allowance.rule);
-    Ok(least(&trial, &trial.all_samples(lighting, brdf, beside, stop)?, allowance))
+) -> Result<(Cut, Samples, Samples), Stopped> {
+    let trial = Trial::new(lighting, brdf, turned.len(), allowance.rule);
+    let samples = trial.all_samples(turned, brdf, beside, stop)?;
+    let lit = Samples(samples.iter().map(|sample| sample.beside[0]).collect());
+    Ok((least(&trial, &samples, allowance), uncut(&samples), lit))
+}
+
+/// The radiance at the highest degrees.
+fn uncut(samples: &[Sample]) -> Samples {
+    let with = |sample: &Sample| std::array::from_fn(|c| sample.reference[c] + sample.beside[1][c]);
+    Samples(samples.iter().map(with).collect())
 }
 
 /// Finds the least of the tried degrees at which a cut uses no more than its share of the limits.
@@ -104,12 +112,11 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
         let mut stops: Vec<f64> = samples.iter().flat_map(|sample| sample.stops(trial, f, p, dark)).collect();
-        stops.sort_by(f64::total_cmp);
-        let at = |share: f64| stops.get((share * stops.len() as f64) as usize).copied().unwrap_or(0.0);
+        let [p95, p99] = stops::quantiles(&mut stops);
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
         let rms = trial.rms[trial.p[p]];
         let p = degree(trial.p[p]);
-        let map = MapDegree { p, p95: at(0.95), p99: at(0.99), rms, is_met: false, enough: None };
+        let map = MapDegree { p, p95, p99, rms, is_met: false, enough: None };
         Cut { f: degree(trial.f[f]), map }
     };
     let within = |cut: &Cut, limits: [f64; 2]| cut.map.p95 <= limits[0] && cut.map.p99 <= limits[1];
@@ -135,146 +142,6 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
     Cut { map: MapDegree { is_met, enough, ..cut.map }, ..cut }
 }
 
-/// The light that is added to a field before it is seen: a cut shows less beside more light.
-#[derive(Clone, Copy)]
-struct Beside<'a> {
-    lamps: Option<&'a Lamps>,
-    /// The lamps that the diffuse part reflects.
-    of_diffuse: Option<&'a LampPoints<'a>>,
-    /// The field of the same material's diffuse part, about the normal, as it is cut and before; the other is
-    /// about the reflection vector.
-    diffuse: Option<[&'a Reflection; 2]>,
-}
-
-impl Beside<'_> {
-    /// The radiance of the diffuse part: with its cut, and without.
-    fn diffuse(&self, central: Direction, outgoing: Direction) -> [[f64; 3]; 2] {
-        let Some(fields) = self.diffuse else { return [[0.0; 3]; 2] };
-        let view = frame(central).apply(outgoing);
-        let normal = central.vector() + view.vector();
-        let normal = if normal.length() > 0.0 { Direction::normalised(normal) } else { central };
-        let lit = self.of_diffuse.map_or([0.0; 3], |lamps| lamps.radiance(normal, view));
-        fields.map(|field| {
-            let soft = field.evaluate(normal, view);
-            std::array::from_fn(|channel| soft[channel].max(0.0) + lit[channel])
-        })
-    }
-}
-
-/// The degrees that are tried, and those that they are compared with.
-struct Trial {
-    /// The number of central directions.
-    centrals: usize,
-    f: Vec<usize>,
-    p: Vec<usize>,
-    reference_p: usize,
-    centre: Centre,
-    /// The RMS of what each P leaves out, as a share.
-    rms: Vec<f64>,
-}
-
-/// Radiance at one central direction and view: what is beside the cut field and beside the field at the
-/// highest degrees, that field, and the cut field for each F and P.
-struct Sample {
-    beside: [[f64; 3]; 2],
-    reference: [f64; 3],
-    cuts: Vec<[f64; 3]>,
-}
-
-impl Trial {
-    fn new(lighting: &Expansion, brdf: &BrdfCoefficients, centrals: usize, rule: Option<DegreeRule>) -> Self {
-        let (most_f, most_p) = (brdf.f().min(lighting.degree()).get(), brdf.p().get());
-        let mut f: Vec<usize> = TRIED_F.into_iter().filter(|f| *f < most_f).collect();
-        f.push(most_f);
-        let mut p: Vec<usize> = TRIED_P.into_iter().filter(|p| *p < most_p.min(MOST_P)).collect();
-        p.push(most_p.min(MOST_P));
-        if let Some(rule) = rule {
-            p = (0..=most_p.min(rule.most_p.max(MOST_P))).collect();
-        }
-        let rms = rms_of_cuts(&lighting.to_degree(lighting.degree().min(brdf.f())), brdf);
-        Self { centrals, f, p, reference_p: most_p, centre: brdf.centre(), rms }
-    }
-
-    /// The samples of all central directions.
-    fn all_samples(
-        &self,
-        lighting: &Expansion,
-        brdf: &BrdfCoefficients,
-        beside: Beside<'_>,
-        stop: Stop<'_>,
-    ) -> Result<Vec<Sample>, Stopped> {
-        let sample = |index| stop.check().map(|()| self.samples(index, lighting, brdf, beside));
-        let samples: Result<Vec<_>, Stopped> = (0..self.centrals).into_par_iter().map(sample).collect();
-        Ok(samples?.into_iter().flatten().collect())
-    }
-
-    /// The samples of one central direction.
-    fn samples(
-        &self,
-        index: usize,
-        lighting: &Expansion,
-        brdf: &BrdfCoefficients,
-        beside: Beside<'_>,
-    ) -> Vec<Sample> {
-        let central = spiral(index, self.centrals);
-        let most = Degree::new(self.f[self.f.len() - 1]).unwrap_or(Degree::ZERO);
-        let light = rotate_orders(&lighting.to_degree(most), frame(central).inverse(), self.reference_p);
-        let lights = beside.lamps.map(|lamps| (lamps, lamps.about(central)));
-        let side = self.reference_p;
-        let degree = Degree::new(side).unwrap_or(Degree::ZERO);
-        let basis = Basis::new(degree);
-        let mut y = vec![0.0; degree.rows()];
-        let views: Vec<(Vec<f64>, [[f64; 3]; 2])> = (0..SAMPLES[1])
-            .map(|view| {
-                let outgoing = seen(self.centre, index * SAMPLES[1] + view);
-                basis.evaluate_into(outgoing, &mut y);
-                let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
-                let diffuse = beside.diffuse(central, outgoing);
-                (y.clone(), diffuse.map(|soft| std::array::from_fn(|channel| lit[channel] + soft[channel])))
-            })
-            .collect();
-        let mut rows = vec![[0.0; 3]; degree.rows()];
-        let mut done = 0;
-        let mut cuts: Vec<Vec<[f64; 3]>> = vec![Vec::new(); views.len()];
-        let mut reference = vec![[0.0; 3]; views.len()];
-        for &f in &self.f {
-            for l in done..=f {
-                add(&mut rows, &light, brdf, l);
-            }
-            done = f + 1;
-            for (view, (y, _)) in views.iter().enumerate() {
-                let (mut sum, mut next) = ([0.0; 3], 0);
-                for p in 0..=side {
-                    for row in p * p..(p + 1) * (p + 1) {
-                        (0..3).for_each(|channel| sum[channel] += rows[row][channel] * y[row]);
-                    }
-                    if self.p.get(next) == Some(&p) {
-                        cuts[view].push(sum);
-                        next += 1;
-                    }
-                }
-                reference[view] = sum;
-            }
-        }
-        let sample = |((cuts, reference), (_, beside))| Sample { beside, reference, cuts };
-        cuts.into_iter().zip(reference).zip(views).map(sample).collect()
-    }
-}
-
-impl Sample {
-    /// The errors of a cut, one for each channel.
-    fn stops(&self, trial: &Trial, f: usize, p: usize, dark: f64) -> [f64; 3] {
-        let cut = self.cuts[f * trial.p.len() + p];
-        std::array::from_fn(|channel| {
-            let seen =
-                |value: f64, beside: [f64; 3]| value.max(0.0) + beside[channel] + dark.max(f64::MIN_POSITIVE);
-            let [beside_cut, beside_reference] = self.beside;
-            let right = seen(self.reference[channel], beside_reference);
-            math::log2(seen(cut[channel], beside_cut) / right).abs()
-        })
-    }
-}
-
 /// Adds the terms of one l to the coefficients b_pq: see `evaluation.rs`.
 pub(crate) fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficients, l: usize) {
     for p in 0..=brdf.p().get() {
@@ -292,27 +159,66 @@ pub(crate) fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficie
     }
 }
 
-/// The view of a sample in the frame of the central direction: as a ball shows views to a distant camera, the
-/// squared sine of the angle between normal and view is uniform. About R that is uniform over the sphere.
-pub(crate) fn seen(centre: Centre, index: usize) -> Direction {
-    // A sequence of low discrepancy in two dimensions (R2: Roberts 2018).
-    let share = |step: f64| (0.5 + index as f64 * step).fract();
-    let (u, phi) = (share(0.754_877_666_246_692_8), std::f64::consts::TAU * share(0.569_840_290_998_053_3));
-    match centre {
-        Centre::Reflection => Direction::from_angles(math::acos(1.0 - 2.0 * u), phi),
-        Centre::Normal => Direction::from_angles(math::asin(u.sqrt()), phi),
-        Centre::Tangent => {
-            // About the normal +X, seen from the tangent +Z.
-            let v = Direction::from_angles(math::asin(u.sqrt()), phi).vector();
-            Direction::normalised(sphere::DVec3::new(v.z, v.y, v.x))
-        }
+/// Gives the turned light that serves coefficients of a material.
+pub type TurnedLights<'a> = dyn Fn(&Expansion, &BrdfCoefficients) -> Result<Arc<TurnedLight>, Stopped> + 'a;
+
+/// A reflection at degrees that were chosen for its light.
+#[derive(Clone, Debug)]
+pub struct ForLight<R> {
+    /// The reflection, or those of the material's parts.
+    pub reflection: R,
+    /// The degrees, and what the cut at them loses.
+    pub cut: Cut,
+    /// The radiance without a cut where [`Reflection::samples`] looks.
+    pub uncut: Samples,
+    /// The radiance of the lamps alone there.
+    lit: Samples,
+}
+
+impl ForLight<Reflection> {
+    /// The radiance of the reflection where [`Reflection::samples`] looks, with each of some windows on its
+    /// series; `turned` is the light that the degrees were chosen with. `stop` is asked every few
+    /// milliseconds, on every thread.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn samples(
+        &self,
+        windows: &[Window],
+        turned: &TurnedLight,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Samples>, Stopped> {
+        let brdf = self.reflection.brdf();
+        let f = self.reflection.lighting().degree();
+        let trial = Trial::new(self.reflection.lighting(), brdf, turned.len(), None).of_one(f, brdf.p());
+        let of_window = |window: &Window| {
+            let windowed = brdf.scaled(|l| window.factor(l, f));
+            let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
+            let samples = trial.all_samples(turned, &windowed, beside, stop)?;
+            let seen = samples.iter().zip(&self.lit.0);
+            let seen = seen.map(|(sample, lit)| std::array::from_fn(|c| sample.reference[c] + lit[c]));
+            Ok(Samples(seen.collect()))
+        };
+        windows.iter().map(of_window).collect()
+    }
+}
+
+impl TurnedLight {
+    /// The turned light that serves coefficients of a material in the choice of their degrees. `stop` is
+    /// asked [`STEPS`] times, every few milliseconds on every thread.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn serving(series: &Expansion, brdf: &BrdfCoefficients, stop: Stop<'_>) -> Result<Self, Stopped> {
+        Self::new(series, Self::degrees(series, brdf), SAMPLES[0], stop)
     }
 }
 
 impl Reflection {
     /// Returns the reflection cut to the least degrees at which the cut does not show, with the lamps beside
     /// it; if it shows at all that were tried, they are the highest. `brdf` has degrees that are high enough
-    /// ([`brdf::Choice::Full`]). `stop` is asked [`STEPS`] times, every few milliseconds on every thread.
+    /// ([`brdf::Choice::Full`]). `stop` is asked twice [`STEPS`] times, every few milliseconds on every
+    /// thread.
     ///
     /// # Errors
     /// If it was stopped.
@@ -322,24 +228,29 @@ impl Reflection {
         material: &brdf::Material,
         stop: Stop<'_>,
     ) -> Result<(Self, Cut), Stopped> {
-        Self::for_light_by(None, lighting, brdf, material, stop)
+        let turn = |series: &Expansion, brdf: &_| TurnedLight::serving(series, brdf, stop).map(Arc::new);
+        let found = Self::for_light_by(None, (lighting, &turn), brdf, material, stop)?;
+        Ok((found.reflection, found.cut))
     }
 
-    /// [`Reflection::for_light`] with the degree P that a rule takes, and the least F beside it.
+    /// [`Reflection::for_light`] with the degree P that a rule takes, and the least F beside it. The light
+    /// comes with its [`TurnedLight`], which asks by itself whether to stop.
     ///
     /// # Errors
     /// If it was stopped.
     pub fn for_light_by(
         rule: Option<DegreeRule>,
-        lighting: &sh::Lighting,
+        (lighting, turned): (&sh::Lighting, &TurnedLights<'_>),
         brdf: &BrdfCoefficients,
         material: &brdf::Material,
         stop: Stop<'_>,
-    ) -> Result<(Self, Cut), Stopped> {
+    ) -> Result<ForLight<Self>, Stopped> {
         let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
         let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose(&lighting.series, brdf, beside, CutAllowance { share: 1.0, dark, rule }, stop)?;
-        Ok((Self::cut_at(&cut, &lighting.series, brdf, lamps), cut))
+        let (series, allowance) = (&lighting.series, CutAllowance { share: 1.0, dark, rule });
+        let light = turned(series, brdf)?;
+        let (cut, uncut, lit) = choose(series, &light, brdf, beside, allowance, stop)?;
+        Ok(ForLight { reflection: Self::cut_at(&cut, series, brdf, lamps), cut, uncut, lit })
     }
 
     /// Cuts the reflections of the diffuse and the specular part of a material to degrees at which the cut of
@@ -353,7 +264,9 @@ impl Reflection {
         parts: [(&BrdfCoefficients, &brdf::Material); 2],
         stop: Stop<'_>,
     ) -> Result<([Self; 2], Cut), Stopped> {
-        Self::parts_for_light_by(None, lighting, parts, stop)
+        let turn = |series: &Expansion, brdf: &_| TurnedLight::serving(series, brdf, stop).map(Arc::new);
+        let found = Self::parts_for_light_by(None, (lighting, &turn), parts, stop)?;
+        Ok((found.reflection, found.cut))
     }
 
     /// [`Reflection::parts_for_light`] with the degrees P that a rule takes, and the least F beside them.
@@ -362,24 +275,26 @@ impl Reflection {
     /// If it was stopped.
     pub fn parts_for_light_by(
         rule: Option<DegreeRule>,
-        lighting: &sh::Lighting,
+        (lighting, turned): (&sh::Lighting, &TurnedLights<'_>),
         [(diffuse, matte), (specular, highlight)]: [(&BrdfCoefficients, &brdf::Material); 2],
         stop: Stop<'_>,
-    ) -> Result<([Self; 2], Cut), Stopped> {
+    ) -> Result<ForLight<[Self; 2]>, Stopped> {
         let (series, dark) = (&lighting.series, BLACK_SHARE * lighting.mean());
         let allowance = CutAllowance { share: 1.0, dark, rule };
         let lamps = lamps_of(lighting, matte);
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-        let cut = choose(series, diffuse, alone, allowance.of(DIFFUSE), stop)?;
+        let light = turned(series, diffuse)?;
+        let (cut, ..) = choose(series, &light, diffuse, alone, allowance.of(DIFFUSE), stop)?;
         let f = well_above(cut.f).min(series.degree()).min(diffuse.f());
         let whole = Self::convolve(&series.to_degree(f), &diffuse.cut_to(f, well_above(cut.map.p)));
         let base = Self::cut_at(&cut, series, diffuse, lamps);
         let (lamps, of_diffuse) = (lamps_of(lighting, highlight), base.lamps().map(Lamps::for_views));
         let fields = Some([&base, &whole]);
         let beside = Beside { lamps: Some(&lamps), of_diffuse: of_diffuse.as_ref(), diffuse: fields };
-        let cut = choose(series, specular, beside, allowance, stop)?;
+        let light = turned(series, specular)?;
+        let (cut, uncut, lit) = choose(series, &light, specular, beside, allowance, stop)?;
         let highlight = Self::cut_at(&cut, series, specular, lamps);
-        Ok(([base, highlight], cut))
+        Ok(ForLight { reflection: [base, highlight], cut, uncut, lit })
     }
 
     fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Lamps) -> Self {
@@ -397,20 +312,21 @@ pub(crate) fn samples_for_light(
     material: &brdf::Material,
     centrals: usize,
     stop: Stop<'_>,
-) -> Result<[Vec<[f64; 3]>; 2], Stopped> {
+) -> Result<[Samples; 2], Stopped> {
     let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
     let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
-    let trial = Trial::new(&lighting.series, brdf, centrals, None);
-    let samples = trial.all_samples(&lighting.series, brdf, beside, stop)?;
+    let series = &lighting.series;
+    let turned = TurnedLight::new(series, TurnedLight::degrees(series, brdf), centrals, stop)?;
+    let trial = Trial::new(series, brdf, centrals, None);
+    let samples = trial.all_samples(&turned, brdf, beside, stop)?;
     let cut = least(&trial, &samples, CutAllowance { share: 1.0, dark, rule: None });
     let place = |degrees: &[usize], degree: Degree| degrees.iter().position(|l| *l == degree.get());
     let [f, p] = [place(&trial.f, cut.f), place(&trial.p, cut.map.p)].map(Option::unwrap_or_default);
     let with =
         |value: [f64; 3], beside: [f64; 3]| std::array::from_fn(|channel| value[channel] + beside[channel]);
-    let whole = samples.iter().map(|sample| with(sample.reference, sample.beside[1])).collect();
-    let cut =
-        samples.iter().map(|sample| with(sample.cuts[f * trial.p.len() + p], sample.beside[0])).collect();
-    Ok([whole, cut])
+    let cut = samples.iter().map(|sample| with(sample.cuts[f * trial.p.len() + p], sample.beside[0]));
+    let cut = Samples(cut.collect());
+    Ok([uncut(&samples), cut])
 }
 
 /// A degree beside which a cut at this one is measured, where the field is smooth.
@@ -425,10 +341,12 @@ fn lamps_of(lighting: &sh::Lighting, material: &brdf::Material) -> Lamps {
 
 #[cfg(test)]
 mod tests {
-    use brdf::{Choice, Fresnel, Ggx, Lambert, Material, Microfacet, Phong, project};
+    use brdf::{Centre, Choice, Fresnel, Ggx, Lambert, Material, Microfacet, Phong, project};
     use sh::{Light, Lighting};
+    use sphere::{Direction, spiral};
 
     use super::*;
+    use crate::frame;
 
     fn sky(degree: usize) -> Expansion {
         let degree = Degree::new(degree).unwrap();
@@ -446,7 +364,8 @@ mod tests {
         let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
         let allowance = CutAllowance { share: 1.0, dark: BLACK_SHARE, rule: None };
-        choose(lighting, &brdf, beside, allowance, Stop::NEVER).unwrap()
+        let turned = TurnedLight::serving(lighting, &brdf, Stop::NEVER).unwrap();
+        choose(lighting, &turned, &brdf, beside, allowance, Stop::NEVER).unwrap().0
     }
 
     fn microfacet(sigma: f64) -> Material {
@@ -508,6 +427,46 @@ mod tests {
             stops[570],
             stops[594]
         );
+    }
+
+    /// What the choice sums is what [`Reflection::samples`] sums, with each window, and a turned light of
+    /// higher degrees gives the same.
+    #[test]
+    fn the_samples_of_the_choice_are_those_of_the_reflections() {
+        let material = Material::Ggx(
+            Ggx::new(0.3, Fresnel::Conductor { n: [0.2; 3], k: [3.9, 2.4, 2.1] }, [1.0; 3]).unwrap(),
+        );
+        let full = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let sun = Light::from_flux(Direction::from_angles(0.9, 0.2), 0.01, [5.0; 3]);
+        let lighting = Lighting { series: sky(70), lights: vec![sun] };
+        let near = |found: &Samples, expected: &Samples| {
+            assert_eq!(found.0.len(), SAMPLES[0] * SAMPLES[1]);
+            for (found, expected) in found.0.as_flattened().iter().zip(expected.0.as_flattened()) {
+                assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{found} {expected}");
+            }
+        };
+        let degrees = TurnedLight::degrees(&lighting.series, &full);
+        let [wide, narrow] = [degrees, [Degree::new(64).unwrap(), degrees[1]]].map(|degrees| {
+            Arc::new(TurnedLight::new(&lighting.series, degrees, SAMPLES[0], Stop::NEVER).unwrap())
+        });
+        assert_eq!(degrees[0].get(), 70);
+        let smooth = full.cut(Degree::new(60).unwrap());
+        let mut cuts = Vec::new();
+        for (turned, brdf) in [(&wide, &full), (&wide, &smooth), (&narrow, &smooth)] {
+            let lights = |_: &_, _: &_| Ok(Arc::clone(turned));
+            let found =
+                Reflection::for_light_by(None, (&lighting, &lights), brdf, &material, Stop::NEVER).unwrap();
+            let lamps = found.reflection.lamps().unwrap().clone();
+            let whole = Reflection::convolve(&lighting.series, brdf).with_lamps(lamps);
+            near(&found.uncut, &whole.samples(Stop::NEVER).unwrap());
+            let windows = [Window::None, Window::Lanczos, Window::Hanning];
+            let samples = found.samples(&windows, turned, Stop::NEVER).unwrap();
+            for (samples, window) in samples.iter().zip(windows) {
+                near(samples, &found.reflection.windowed(window).samples(Stop::NEVER).unwrap());
+            }
+            cuts.push((found.cut.f, found.cut.map.p));
+        }
+        assert_eq!(cuts[1], cuts[2]);
     }
 
     /// Beside a bright base a highlight needs fewer degrees than alone, and the sum of the two fields is as

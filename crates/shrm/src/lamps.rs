@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use sh::{Light, POINT};
 use sphere::{DMat3, DVec3, Direction};
 
-use crate::mean_lobe::MeanLobe;
+use crate::mean_lobe::{DiskMeans, MeanLobe};
 use crate::plain::Plain;
 use crate::{MapGrid, frame, into_frame};
 
@@ -115,12 +115,7 @@ impl Lamps {
         }
     }
 
-    /// The points of the lights in the frame of a central direction.
-    pub(crate) fn about(&self, central: Direction) -> Vec<LocalLight> {
-        in_frame(&self.points(), central)
-    }
-
-    /// The radiance of such lights toward a view in the frame of their central direction.
+    /// The radiance of lights that [`in_frame`] gives, toward a view in the frame of their central direction.
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
         let surface = self.material.centre().surface_frame(outgoing);
         let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
@@ -136,8 +131,12 @@ impl Lamps {
     /// The light that the lamps add to a plain reflection map, at each of its texels: in the mean over all
     /// views or head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
-        let lobe = MeanLobe::plain(&self.material, plain);
-        let lights = lobe.of(&self.lights);
+        self.plain_over(plain, grid, &DiskMeans::new(&self.lights))
+    }
+
+    /// [`Lamps::plain`] with the means over the disks of the lights.
+    pub fn plain_over(&self, plain: Plain, grid: MapGrid, disks: &DiskMeans) -> Vec<[f32; 3]> {
+        let lights = MeanLobe::plain(&self.material, plain).over(&self.lights, disks);
         let value = |texel: usize| lights.radiance(grid.direction(texel)).map(|value| value as f32);
         (0..grid.len()).into_par_iter().map(value).collect()
     }

@@ -27,15 +27,17 @@ mod reflection;
 mod resample;
 mod resolution;
 pub mod ringing;
+mod samples;
 pub mod shader;
 mod sphere_map;
 pub mod stops;
 mod synthesis;
+mod turned_light;
 mod view_set;
 mod view_table;
 
 pub use azimuth::azimuthal_share;
-pub use baking::BAKED_AT_ONCE;
+pub use baking::{BAKED_AT_ONCE, LampTables};
 pub use blocks::blocks;
 pub use degree_rule::{DegreeRule, MapDegree, MapTolerance, SMALL_P};
 pub use fit::{Fit, FitError, GOOD_CONDITION, WORST_CONDITION, fit_angles, fit_views};
@@ -43,7 +45,7 @@ pub use lamps::{LampLevels, LampPoints, Lamps};
 pub use lookup::Lookup;
 pub use map::{MapGrid, Shrm, Terms, View, frame, into_frame};
 pub use map_degree::MapContent;
-pub use mean_lobe::{MeanLight, MeanLobe};
+pub use mean_lobe::{DiskMeans, MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
     Distribution, FastChain, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel,
@@ -55,6 +57,7 @@ pub use sphere_map::{
     SphereMapError, add_to_sphere_maps, from_sphere_maps, sphere_map_axes, sphere_map_rows, sphere_maps,
 };
 pub use synthesis::{MOST_VALUES, SynthesisError};
+pub use turned_light::TurnedLight;
 pub use view_set::{MapViews, ViewSet};
 
 /// The revisions of the kernels, for the kinds of stage that call them.

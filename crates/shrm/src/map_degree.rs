@@ -14,7 +14,8 @@ use sphere::{Cube, Direction, spiral};
 
 use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
 use crate::degrees::{BLACK_SHARE, SAMPLES, add, seen};
-use crate::{MapGrid, Reflection, SynthesisError, View, frame, stops};
+use crate::lamps::in_frame;
+use crate::{LampTables, MapGrid, Reflection, Shrm, SynthesisError, Terms, View, frame, stops};
 
 /// The edge of the cube at whose texels maps with lamps in them are tried: as many as [`SAMPLES`] has.
 const EDGE: usize = 4;
@@ -39,6 +40,9 @@ struct Sample {
     cuts: Vec<[f64; 3]>,
 }
 
+/// The coefficients of a texel, and samples of it.
+type SampledTexel = (Vec<[f64; 3]>, Vec<Sample>);
+
 impl Reflection {
     /// Returns the field cut at a lower degree in the view, with its lamps; it has no parts.
     #[must_use]
@@ -60,10 +64,11 @@ impl Reflection {
         &self,
         content: MapContent<'_>,
         rule: DegreeRule,
+        tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<MapDegree, SynthesisError> {
         let fits = content.lamps && self.lamps().is_some();
-        let measured = if fits { self.fits(content, rule, stop)? } else { self.cuts(content, stop)? };
+        let measured = if fits { self.fits(content, rule, tables, stop)? } else { self.cuts(content, stop)? };
         let most = MapDegree { p: self.brdf().p(), p95: 0.0, p99: 0.0, rms: 0.0, is_met: true, enough: None };
         Ok(rule.choose(&measured).unwrap_or(most))
     }
@@ -78,19 +83,19 @@ impl Reflection {
         content: MapContent<'_>,
         p: Degree,
         rule: DegreeRule,
+        tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<MapDegree, SynthesisError> {
-        let grid = MapGrid::Cube(Cube { edge: EDGE });
-        let samples = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
-        let soft = self.synthesise(grid, View::Local, stop)?;
-        let found = self.fit(&soft, p, &samples, stop)?;
+        let (soft, samples) = self.sampled_map(content, stop)?;
+        let found = self.fit(&soft, p, &samples, tables, stop)?;
         let is_met = rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0;
         Ok(MapDegree { is_met, ..found })
     }
 
     /// The errors of the field cut at each P, from 0 on.
     fn cuts(&self, content: MapContent<'_>, stop: Stop<'_>) -> Result<Vec<MapDegree>, Stopped> {
-        let samples = self.map_samples(content, |index| spiral(index, SAMPLES[0]), SAMPLES[0], stop)?;
+        let sampled = self.map_samples(content, |index| spiral(index, SAMPLES[0]), SAMPLES[0], stop)?;
+        let samples = sampled.into_iter().flat_map(|(_, samples)| samples).collect::<Vec<_>>();
         let dark = BLACK_SHARE * self.light_mean();
         let rms = rms_of_cuts(self.lighting(), self.brdf());
         let measure = |(p, rms): (usize, &f64)| {
@@ -107,16 +112,16 @@ impl Reflection {
         &self,
         content: MapContent<'_>,
         rule: DegreeRule,
+        tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<Vec<MapDegree>, SynthesisError> {
-        let grid = MapGrid::Cube(Cube { edge: EDGE });
-        let samples = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
-        let soft = self.synthesise(grid, View::Local, stop)?;
+        let (soft, samples) = self.sampled_map(content, stop)?;
         // Lamps are added exactly to a map that is the same for every view.
         let most = if soft.p().get() == 0 { 0 } else { rule.most_p };
         let mut measured = Vec::new();
         for p in 0..=most {
-            let found = self.fit(&soft, Degree::new(p).unwrap_or(Degree::MAX), &samples, stop)?;
+            let p = Degree::new(p).unwrap_or(Degree::MAX);
+            let found = self.fit(&soft, p, &samples, tables, stop)?;
             measured.push(found);
             if rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0 {
                 break;
@@ -125,16 +130,40 @@ impl Reflection {
         Ok(measured)
     }
 
+    /// A map of the field without the lamps at few texels, and samples of them.
+    fn sampled_map(
+        &self,
+        content: MapContent<'_>,
+        stop: Stop<'_>,
+    ) -> Result<(Shrm, Vec<Sample>), SynthesisError> {
+        let grid = MapGrid::Cube(Cube { edge: EDGE });
+        let sampled = self.map_samples(content, |index| grid.direction(index), grid.len(), stop)?;
+        let (p, terms) = (self.brdf().p(), if self.is_azimuth_free() { Terms::Zonal } else { Terms::All });
+        let is_kept = |row: usize| match terms {
+            Terms::All => true,
+            Terms::Zonal => row == row.isqrt() * (row.isqrt() + 1),
+        };
+        let (mut values, mut samples) = (Vec::new(), Vec::new());
+        for (rows, of_texel) in sampled {
+            let kept = rows.iter().enumerate().filter(|(row, _)| is_kept(*row));
+            values.extend(kept.map(|(_, rgb)| rgb.map(|value| value as f32)));
+            samples.extend(of_texel);
+        }
+        let centre = self.brdf().centre();
+        Ok((Shrm { grid, view: View::Local, centre, p, terms, values }, samples))
+    }
+
     /// The errors of a map with the lamps in it, at samples of its texels.
     fn fit(
         &self,
-        soft: &crate::Shrm,
+        soft: &Shrm,
         p: Degree,
         samples: &[Sample],
+        tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<MapDegree, SynthesisError> {
         let texels: Vec<usize> = (0..soft.grid().len()).collect();
-        let map = self.bake_texels(soft, p, &texels, stop)?;
+        let map = self.bake_texels(soft, p, &texels, tables, stop)?;
         let (mut lookup, views) = (map.lookup(), samples.len() / texels.len().max(1));
         let found: Vec<[f64; 3]> = samples
             .iter()
@@ -158,16 +187,17 @@ impl Reflection {
         Ok(MapDegree { p, p95, p99, rms, is_met: false, enough: None })
     }
 
-    /// Samples of a map at central directions: [`SAMPLES`] views of each.
+    /// The coefficients b_pq of the field at central directions, with [`SAMPLES`] views of each.
     fn map_samples(
         &self,
         content: MapContent<'_>,
         central: impl Fn(usize) -> Direction + Sync,
         count: usize,
         stop: Stop<'_>,
-    ) -> Result<Vec<Sample>, Stopped> {
+    ) -> Result<Vec<SampledTexel>, Stopped> {
         let basis = Basis::new(self.brdf().p());
         let base = content.base.map(|base| (base, base.lamps().map(crate::Lamps::for_views)));
+        let lamps = self.lamps().map(|lamps| (lamps, lamps.points()));
         let at = |index: usize| {
             stop.check()?;
             let central = central(index);
@@ -175,7 +205,7 @@ impl Reflection {
             let light = rotate_orders(self.lighting(), frame(central).inverse(), side);
             let mut rows = vec![[0.0; 3]; self.brdf().p().rows()];
             (0..=self.brdf().f().get()).for_each(|l| add(&mut rows, &light, self.brdf(), l));
-            let lights = self.lamps().map(|lamps| (lamps, lamps.about(central)));
+            let lights = lamps.as_ref().map(|(lamps, points)| (lamps, in_frame(points, central)));
             let mut y = vec![0.0; rows.len()];
             let sample = |view: usize| {
                 let outgoing = seen(self.brdf().centre(), index * SAMPLES[1] + view);
@@ -202,10 +232,10 @@ impl Reflection {
                 (0..3).for_each(|channel| lamps_in[channel] += lit[channel]);
                 Sample { outgoing, beside, right, cuts }
             };
-            Ok((0..SAMPLES[1]).map(sample).collect::<Vec<_>>())
+            let samples = (0..SAMPLES[1]).map(sample).collect();
+            Ok((rows, samples))
         };
-        let samples: Result<Vec<_>, Stopped> = (0..count).into_par_iter().map(at).collect();
-        Ok(samples?.into_iter().flatten().collect())
+        (0..count).into_par_iter().map(at).collect()
     }
 }
 
@@ -227,8 +257,8 @@ mod tests {
     use sh::{Expansion, Light, Lighting};
 
     use super::*;
+    use crate::MapTolerance;
     use crate::accuracy::Accuracy;
-    use crate::{MapTolerance, Terms};
 
     /// A metal under a few bright windows, with a sun if that is asked for.
     fn field(sunny: bool) -> Reflection {
@@ -272,11 +302,14 @@ mod tests {
             let content = MapContent { lamps, ..BESIDE };
             let rule =
                 DegreeRule { tolerance: MapTolerance::Stops([0.2, 0.5]), most_p: 6, terms: Terms::All };
-            let chosen = field.map_degree(content, rule, Stop::NEVER).unwrap();
+            let chosen = field.map_degree(content, rule, &mut LampTables::default(), Stop::NEVER).unwrap();
             assert!(chosen.is_met && chosen.p95 <= 0.2 && chosen.p99 <= 0.5, "{chosen:?}");
             if chosen.p.get() > 0 {
                 let less = DegreeRule { most_p: chosen.p.get() - 1, ..rule };
-                assert!(!field.map_degree(content, less, Stop::NEVER).unwrap().is_met, "{chosen:?}");
+                assert!(
+                    !field.map_degree(content, less, &mut LampTables::default(), Stop::NEVER).unwrap().is_met,
+                    "{chosen:?}"
+                );
             }
             let grid = MapGrid::Cube(Cube { edge: 7 });
             let map = if lamps {
@@ -314,14 +347,19 @@ mod tests {
         let white = Material::Lambert(brdf::Lambert::new([0.8; 3]).unwrap());
         let brdf = project(&white, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let base = Reflection::convolve(&field.lighting().to_degree(Degree::new(4).unwrap()), &brdf);
-        let error = |base| field.map_degree(MapContent { base, ..BESIDE }, rule, Stop::NEVER).unwrap().p95;
+        let error = |base| {
+            field
+                .map_degree(MapContent { base, ..BESIDE }, rule, &mut LampTables::default(), Stop::NEVER)
+                .unwrap()
+                .p95
+        };
         assert!(error(Some(&base)) < 0.9 * error(None), "{} {}", error(Some(&base)), error(None));
     }
 
     #[test]
     fn a_stopped_choice_ends_early() {
         let rule = DegreeRule { tolerance: MapTolerance::Rms(0.1), most_p: 4, terms: Terms::All };
-        let stopped = field(true).map_degree(BESIDE, rule, Stop::when(&|| true));
+        let stopped = field(true).map_degree(BESIDE, rule, &mut LampTables::default(), Stop::when(&|| true));
         assert_eq!(stopped, Err(Stopped.into()));
     }
 }

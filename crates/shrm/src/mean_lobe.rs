@@ -8,6 +8,7 @@
 //! with g the mean of rho_hat over the views. A disk of light is reflected by the mean of g over the disk.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use brdf::{Centre, Material, SurfaceView};
 use rayon::prelude::*;
@@ -26,11 +27,40 @@ pub struct MeanLobe {
 /// distance of both.
 #[derive(Debug)]
 struct Zonal {
+    nodes: Arc<Nodes>,
+    values: Vec<[f64; 3]>,
+}
+
+/// The nodes of a [`Zonal`].
+#[derive(Debug)]
+struct Nodes {
     angles: Vec<f64>,
     sines: Vec<f64>,
-    values: Vec<[f64; 3]>,
     /// The last node at or before k / [`BUCKETS`], squared.
     before: Vec<usize>,
+}
+
+/// The means over the disks of some lights as sums over values of any lobe: what does not depend on the
+/// material, so that a caller may keep it for all materials.
+#[derive(Debug)]
+pub struct DiskMeans(Vec<DiskMean>);
+
+/// The mean over a disk of a function of the angle to an axis, at nodes of the angle of the disk's centre.
+#[derive(Debug)]
+struct DiskMean {
+    nodes: Arc<Nodes>,
+    /// For each node, where its points begin and the sum of their weights.
+    starts: Vec<(usize, f64)>,
+    points: Vec<DiskPoint>,
+}
+
+/// A part of a mean.
+#[derive(Clone, Copy, Debug)]
+struct DiskPoint {
+    /// The value is between that of node k and the next one, at this share of the way.
+    k: usize,
+    share: f64,
+    weight: f64,
 }
 
 /// Lights that a [`MeanLobe`] reflects.
@@ -55,9 +85,7 @@ impl MeanLobe {
 
     /// The mean over views of half a turn of azimuths: the other half is its mirror image.
     fn new(material: &Material, views: &[(Direction, f64)]) -> Self {
-        let mut angles = angles(1e-4, 0.04, 0.02);
-        // The horizon of a surface that is seen by its normal.
-        angles.insert(angles.partition_point(|angle| *angle < PI / 2.0), PI / 2.0);
+        let nodes = Arc::new(Nodes::of_lobe());
         let (centre, turns) = (material.centre(), material.turns());
         let views: Vec<(SurfaceView, f64)> =
             views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).collect();
@@ -70,15 +98,21 @@ impl MeanLobe {
             }
             sum
         };
-        let values = angles.par_iter().map(value).collect();
-        Self { of_point: Zonal::new(angles, values) }
+        let values = nodes.angles.par_iter().map(value).collect();
+        Self { of_point: Zonal { nodes, values } }
     }
 
     /// The lobe of these lights: the mean over the disk of each, which is a function of one angle too.
     pub fn of(&self, lights: &[Light]) -> MeanLight {
-        let of_light =
-            |light: &Light| (light.direction, light.flux(), self.of_point.mean_over_disk(light.radius));
-        MeanLight { lights: lights.par_iter().map(of_light).collect() }
+        self.over(lights, &DiskMeans::new(lights))
+    }
+
+    /// [`MeanLobe::of`] with the means over the disks of these lights.
+    pub fn over(&self, lights: &[Light], disks: &DiskMeans) -> MeanLight {
+        let of_light = |(light, disk): (&Light, &DiskMean)| {
+            (light.direction, light.flux(), disk.of(&self.of_point.values))
+        };
+        MeanLight { lights: lights.par_iter().zip(&disks.0).map(of_light).collect() }
     }
 
     /// The reflection of a lighting's series, to this degree or its own.
@@ -100,7 +134,7 @@ impl MeanLobe {
     fn factors(&self, degree: usize) -> Vec<[f64; 3]> {
         let mut factors = vec![[0.0; 3]; degree + 1];
         // Two nodes of Gauss on each step, between whose ends g is linear.
-        for (ends, values) in self.of_point.angles.windows(2).zip(self.of_point.values.windows(2)) {
+        for (ends, values) in self.of_point.nodes.angles.windows(2).zip(self.of_point.values.windows(2)) {
             let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
             for side in [-1.0, 1.0] {
                 let share = 0.5 + 0.5 * side / 3.0_f64.sqrt();
@@ -121,78 +155,144 @@ impl MeanLobe {
 }
 
 impl Zonal {
-    fn new(angles: Vec<f64>, values: Vec<[f64; 3]>) -> Self {
+    fn at(&self, sine: f64) -> [f64; 3] {
+        let (k, share) = self.nodes.place(sine);
+        self.between(k, share)
+    }
+
+    /// The value at a share of the way from a node to the next one.
+    fn between(&self, k: usize, share: f64) -> [f64; 3] {
+        between(&self.values, k, share)
+    }
+}
+
+fn between(values: &[[f64; 3]], k: usize, share: f64) -> [f64; 3] {
+    let [a, b] = [values[k], values[k + 1]];
+    std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
+}
+
+impl Nodes {
+    fn new(angles: Vec<f64>) -> Self {
         let sines: Vec<f64> = angles.iter().map(|angle| math::sin(angle / 2.0)).collect();
         let bucket = |k: usize| math::powi(k as f64 / BUCKETS as f64, 2);
         let before = (0..=BUCKETS).map(|k| sines.partition_point(|sine| *sine <= bucket(k)) - 1).collect();
-        Self { angles, sines, values, before }
+        Self { angles, sines, before }
     }
 
-    fn at(&self, sine: f64) -> [f64; 3] {
+    /// The nodes of every [`MeanLobe`].
+    fn of_lobe() -> Self {
+        let mut angles = angles(1e-4, 0.04, 0.02);
+        // The horizon of a surface that is seen by its normal.
+        angles.insert(angles.partition_point(|angle| *angle < PI / 2.0), PI / 2.0);
+        Self::new(angles)
+    }
+
+    /// The node before a sine, and the share of the way to the next one.
+    fn place(&self, sine: f64) -> (usize, f64) {
         let mut k = self.before[((sine.sqrt() * BUCKETS as f64) as usize).min(BUCKETS)];
         while k + 2 < self.sines.len() && self.sines[k + 1] <= sine {
             k += 1;
         }
-        self.between(k.min(self.sines.len() - 2), sine)
+        let k = k.min(self.sines.len() - 2);
+        (k, self.share(k, sine))
     }
 
-    /// The value between a node and the next one.
-    fn between(&self, k: usize, sine: f64) -> [f64; 3] {
-        let share = ((sine - self.sines[k]) / (self.sines[k + 1] - self.sines[k])).clamp(0.0, 1.0);
-        let [a, b] = [self.values[k], self.values[k + 1]];
-        std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
+    /// The share of the way from a node to the next one.
+    fn share(&self, k: usize, sine: f64) -> f64 {
+        ((sine - self.sines[k]) / (self.sines[k + 1] - self.sines[k])).clamp(0.0, 1.0)
+    }
+}
+
+impl DiskMeans {
+    /// The means over the disks of these lights.
+    pub fn new(lights: &[Light]) -> Self {
+        let nodes = Nodes::of_lobe();
+        Self(lights.par_iter().map(|light| DiskMean::new(&nodes, light.radius)).collect())
     }
 
-    /// The mean over a disk of this radius, by the angle of its centre: the integral over circles about the
-    /// axis, of which the disk holds an arc in closed form. It has nodes where this function has them, and
-    /// others that are dense about the edge.
-    fn mean_over_disk(&self, radius: f64) -> Self {
-        let mut angles = self.angles.clone();
+    /// The bytes that they take.
+    pub fn bytes(&self) -> usize {
+        self.0.iter().map(|disk| size_of_val(&disk.points[..])).sum()
+    }
+}
+
+impl DiskMean {
+    /// The integral over circles about the axis, of which the disk of this radius holds an arc in closed
+    /// form. It has nodes where the function has them, and others that are dense about the edge.
+    fn new(function: &Nodes, radius: f64) -> Self {
+        let mut angles = function.angles.clone();
         if radius > 0.0 {
             // Further away than twice the radius, what the disk sees varies as slowly as the function itself.
-            let near = self.angles.iter().take_while(|angle| **angle <= radius);
+            let near = function.angles.iter().take_while(|angle| **angle <= radius);
             let edge = near.flat_map(|angle| [radius - angle, radius + angle, PI - radius + angle]);
             angles.extend(edge.filter(|angle| *angle > 0.0 && *angle < PI));
             angles.sort_by(f64::total_cmp);
             angles.dedup_by(|a, b| *a - *b < 1e-5);
         }
-        let values = angles.iter().map(|angle| self.over_disk(radius, *angle)).collect();
-        Self::new(angles, values)
+        let (mut starts, mut points) = (Vec::new(), Vec::new());
+        for angle in &angles {
+            let start = points.len();
+            starts.push((start, function.over_disk(radius, *angle, &mut points)));
+        }
+        Self { nodes: Arc::new(Nodes::new(angles)), starts, points }
     }
 
-    /// The mean over the disk of this radius whose centre is at an angle from the axis.
-    fn over_disk(&self, radius: f64, away: f64) -> [f64; 3] {
-        if radius < 1e-6 {
-            return self.at(math::sin(away / 2.0));
-        }
-        let (lowest, highest) = ((away - radius).max(0.0), (away + radius).min(PI));
-        // Within this circle the disk is whole, or it begins there.
-        let edge = (away - radius).abs();
-        let circles = Circles::new(radius, away);
-        let (mut sum, mut whole) = ([0.0; 3], 0.0);
-        let first = self.angles.partition_point(|angle| *angle <= lowest).max(1) - 1;
-        for k in first..self.angles.len() - 1 {
-            let (from, to) = (self.angles[k].max(lowest), self.angles[k + 1].min(highest));
-            if to <= from {
-                break;
+    /// The mean of a function with these values at the nodes of [`MeanLobe`].
+    fn of(&self, values: &[[f64; 3]]) -> Zonal {
+        let ends = self.starts.iter().skip(1).map(|(start, _)| *start).chain([self.points.len()]);
+        let mean = |((start, whole), end): (&(usize, f64), usize)| {
+            let mut sum = [0.0; 3];
+            for DiskPoint { k, share, weight } in &self.points[*start..end] {
+                let value = between(values, *k, *share);
+                (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
             }
-            let middle = edge.clamp(from, to);
-            for (from, to) in [(from, middle), (middle, to)] {
-                let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
-                if half <= 0.0 {
-                    continue;
+            sum.map(|sum| sum / whole)
+        };
+        Zonal { nodes: Arc::clone(&self.nodes), values: self.starts.iter().zip(ends).map(mean).collect() }
+    }
+}
+
+impl Nodes {
+    /// Adds the points of the mean over the disk of this radius whose centre is at an angle from the axis.
+    /// Returns the sum of their weights.
+    fn over_disk(&self, radius: f64, away: f64, points: &mut Vec<DiskPoint>) -> f64 {
+        let start = points.len();
+        let mut whole = 0.0;
+        if radius >= 1e-6 {
+            let (lowest, highest) = ((away - radius).max(0.0), (away + radius).min(PI));
+            // Within this circle the disk is whole, or it begins there.
+            let edge = (away - radius).abs();
+            let circles = Circles::new(radius, away);
+            let first = self.angles.partition_point(|angle| *angle <= lowest).max(1) - 1;
+            for k in first..self.angles.len() - 1 {
+                let (from, to) = (self.angles[k].max(lowest), self.angles[k + 1].min(highest));
+                if to <= from {
+                    break;
                 }
-                let is_smooth = [lowest, edge, highest].iter().all(|end| (end - centre).abs() > 3.0 * half);
-                for &(place, weight) in if is_smooth { &GAUSS[..] } else { &GAUSS_AT_ENDS[..] } {
-                    let (sine, arc) = circles.arc(centre + half * place);
-                    let weight = weight * half * arc;
-                    let value = self.between(k, sine);
-                    (0..3).for_each(|channel| sum[channel] += weight * value[channel]);
-                    whole += weight;
+                let middle = edge.clamp(from, to);
+                for (from, to) in [(from, middle), (middle, to)] {
+                    let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
+                    if half <= 0.0 {
+                        continue;
+                    }
+                    let is_smooth =
+                        [lowest, edge, highest].iter().all(|end| (end - centre).abs() > 3.0 * half);
+                    for &(place, weight) in if is_smooth { &GAUSS[..] } else { &GAUSS_AT_ENDS[..] } {
+                        let (sine, arc) = circles.arc(centre + half * place);
+                        let weight = weight * half * arc;
+                        points.push(DiskPoint { k, share: self.share(k, sine), weight });
+                        whole += weight;
+                    }
                 }
             }
         }
-        if whole > 0.0 { sum.map(|sum| sum / whole) } else { self.at(math::sin(away / 2.0)) }
+        if whole > 0.0 {
+            return whole;
+        }
+        points.truncate(start);
+        let (k, share) = self.place(math::sin(away / 2.0));
+        points.push(DiskPoint { k, share, weight: 1.0 });
+        1.0
     }
 }
 

@@ -6,40 +6,11 @@ use sh::{Basis, Degree, Lighting, Stop, Stopped, Window, rotate_orders};
 use sphere::spiral;
 
 use crate::degrees::{SAMPLES, add, samples_for_light, seen};
+use crate::lamps::in_frame;
 use crate::mean_lobe::MeanLobe;
-use crate::{Plain, Reflection, frame, stops};
+use crate::{Plain, Reflection, frame};
 
-/// How far a reflection is from another, at views as a ball shows them to a distant camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CutError {
-    /// The error in stops that 95 of 100 samples stay below.
-    pub p95: f64,
-    /// The error in stops that 99 of 100 samples stay below.
-    pub p99: f64,
-    /// The share of samples below zero by more than a tenth of what counts as black.
-    pub negative: f64,
-}
-
-/// The radiance of a reflection, lamps included, at fixed central directions and views.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Samples(Vec<[f64; 3]>);
-
-impl Samples {
-    /// The error of these samples if `reference` is right. Radiance below zero is black, and `dark` is what
-    /// counts as black: see [`crate::degrees`].
-    pub fn error(&self, reference: &Self, dark: f64) -> CutError {
-        let pairs = self.0.as_flattened().iter().zip(reference.0.as_flattened());
-        let mut stops: Vec<f64> = pairs.map(|(cut, right)| stops::error(*cut, *right, dark)).collect();
-        let [p95, p99] = stops::quantiles(&mut stops);
-        CutError { p95, p99, negative: self.negative(dark) }
-    }
-
-    /// The share of samples below zero by more than a tenth of `dark`.
-    pub fn negative(&self, dark: f64) -> f64 {
-        let values = self.0.as_flattened();
-        values.iter().filter(|value| **value < -0.1 * dark).count() as f64 / values.len().max(1) as f64
-    }
-}
+pub use crate::samples::{CutError, Samples};
 
 /// Central directions of a [`CutStudy`]: fewer than those of [`Reflection::samples`] are enough for an
 /// estimate.
@@ -104,7 +75,7 @@ impl CutStudy {
         let enough = (HOLDS / material.highlight_width()).ceil() as usize;
         let f = lighting.series.degree().min(Degree::new(enough).unwrap_or(Degree::MAX));
         let full = project(material, Choice::Sketch { f }, stop)?.coefficients;
-        let [whole, by_light] = samples_for_light(lighting, &full, material, STUDIED, stop)?.map(Samples);
+        let [whole, by_light] = samples_for_light(lighting, &full, material, STUDIED, stop)?;
         let error = found.error(&whole, dark);
         Ok(shows(&error).then(|| Self {
             error,
@@ -137,6 +108,7 @@ impl Reflection {
     ) -> Result<Vec<Samples>, Stopped> {
         let (f, p) = (self.brdf().f(), self.brdf().p());
         let basis = Basis::new(p);
+        let lamps = self.lamps().map(|lamps| (lamps, lamps.points()));
         let at = |index: usize| {
             stop.check()?;
             let central = spiral(index, centrals);
@@ -153,7 +125,7 @@ impl Reflection {
                     }
                 }
             }
-            let lights = self.lamps().map(|lamps| (lamps, lamps.about(central)));
+            let lights = lamps.as_ref().map(|(lamps, points)| (lamps, in_frame(points, central)));
             let mut y = vec![0.0; p.rows()];
             let mut radiance = vec![Vec::with_capacity(SAMPLES[1]); windows.len()];
             for view in 0..SAMPLES[1] {

@@ -25,6 +25,7 @@ impl Direction {
     ///
     /// # Panics
     /// In debug builds, if `v` cannot be normalised.
+    #[inline]
     pub fn normalised(v: DVec3) -> Self {
         Self(v.normalize())
     }
@@ -33,6 +34,7 @@ impl Direction {
     ///
     /// # Panics
     /// In debug builds, if the length is not 1 within 1e-6.
+    #[inline]
     pub fn from_unit(v: DVec3) -> Self {
         debug_assert!((v.length_squared() - 1.0).abs() < 2e-6, "not a unit vector: {v}");
         Self(v)
@@ -56,6 +58,7 @@ impl Direction {
     }
 
     /// The direction as a unit vector.
+    #[inline]
     pub fn vector(self) -> DVec3 {
         self.0
     }

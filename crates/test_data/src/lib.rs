@@ -69,6 +69,30 @@ pub fn skip(test: &str, why: &str) {
     say(&format!("SKIPPED {test}: {why}"));
 }
 
+/// A text with its paths as Unix has them: `C:\project\sky.exr` becomes
+/// `/project/sky.exr`. On Unix it is as it was.
+pub fn unix_paths(text: impl Into<String>) -> String {
+    let text = text.into();
+    if !cfg!(windows) {
+        return text;
+    }
+    let tops = ["project", "assets", "users"];
+    let text = tops.iter().fold(text, |text, top| text.replace(&format!(r"C:\{top}"), &format!("/{top}")));
+    let is_of_name = |c: &char| c.is_alphanumeric() || "_.-~$".contains(*c);
+    let mut before = ' ';
+    let mut characters = text.chars().peekable();
+    let mut plain = String::new();
+    while let Some(c) = characters.next() {
+        let separates =
+            c == '\\' && (before == ' ' || is_of_name(&before)) && characters.peek().is_none_or(is_of_name);
+        // Escapes of messages, such as `\u{301}`.
+        let is_escape = text[plain.len() + c.len_utf8()..].starts_with("u{");
+        plain.push(if separates && !is_escape { '/' } else { c });
+        before = c;
+    }
+    plain
+}
+
 /// The length of a long test: `full` if `CI` is set, otherwise `short`, which is reported. `what` says what
 /// it counts.
 pub fn length<N: Display>(test: &str, what: &str, full: N, short: N) -> N {

@@ -12,7 +12,9 @@
 
 use std::f64::consts::{PI, TAU};
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::f64x4::{F64x4, LANES, SimdLevel, load, store};
 use sh::quadrature::gauss_legendre;
 use sphere::Direction;
 
@@ -89,14 +91,20 @@ pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usiz
 
     let side = grid.p + 1;
     let mut rho = vec![[0.0; 3]; (grid.f + 1) * side * side];
-    let columns: Vec<Vec<[f64; 3]>> = (0..=grid.p.min(grid.f))
+    let legendre = Legendre::new(grid.f, grid.p);
+    let level = SimdLevel::detect();
+    let columns: Vec<Vec<F64x4>> = (0..=grid.p.min(grid.f))
         .into_par_iter()
-        .map(|q| incident_moments(&incident, &slices, q, grid))
+        .map(|q| {
+            level.run(IncidentMoments { incident: &incident, slices: &slices, legendre: &legendre, q, grid })
+        })
         .collect();
     for (q, column) in columns.iter().enumerate() {
+        let row = vectors_of(q, grid);
         for l in q..=grid.f {
-            for p in q..=grid.p {
-                rho[(l * side + p) * side + q] = column[l * side + p];
+            let values = column[l * row..][..row].iter().flat_map(|vector| vector.0).collect::<Vec<_>>();
+            for (p, rgb) in (q..=grid.p).zip(values.chunks_exact(3)) {
+                rho[(l * side + p) * side + q] = [rgb[0], rgb[1], rgb[2]];
             }
         }
     }
@@ -147,25 +155,36 @@ fn incident_nodes(widest: f64) -> Vec<(f64, f64)> {
     edges.windows(2).flat_map(panel).collect()
 }
 
+/// Vectors that hold a number for each q.
+const VECTORS: usize = (P + 1).div_ceil(LANES);
+
 /// The nodes of the outgoing directions, and the functions at them.
 struct OutgoingNodes {
     grid: Grid,
+    level: SimdLevel,
     /// The angle theta_o and its weight over the cosine.
     outgoing: Vec<(f64, f64)>,
     /// The view of each theta_o, or its mirror image if it is below the surface.
     seen: Vec<SurfaceView>,
-    /// f_pq at each theta_o, [node, p, q].
-    functions: Vec<f64>,
+    /// f_pq at each theta_o times 2 pi times its weight, [node, p, q].
+    functions: Vec<[F64x4; VECTORS]>,
     /// cos(q phi) at each azimuth times its weight over a whole turn, [azimuth, q].
-    cosines: Vec<f64>,
+    cosines: Vec<[F64x4; VECTORS]>,
 }
 
 /// rho_hat of one theta_i over the outgoing directions.
 struct IncidentSlice {
-    /// 2 pi times the integral of rho_hat f_pq cos(q phi), [p, q].
-    moments: Vec<[f64; 3]>,
+    /// 2 pi times the integral of rho_hat f_pq cos(q phi), [channel, p, q].
+    moments: Vec<[F64x4; VECTORS]>,
     /// The integral of rho_hat^2 over theta_o and phi.
     energy: f64,
+}
+
+impl IncidentSlice {
+    fn moment(&self, p: usize, q: usize) -> [f64; 3] {
+        let side = self.moments.len() / 3;
+        std::array::from_fn(|channel| self.moments[channel * side + p][q / LANES].0[q % LANES])
+    }
 }
 
 impl OutgoingNodes {
@@ -173,48 +192,85 @@ impl OutgoingNodes {
         let (angles, weights) = gauss_legendre(grid.outgoing);
         let side = grid.p + 1;
         let legendre = Legendre::new(grid.p, grid.p);
-        let mut functions = vec![0.0; grid.outgoing * side * side];
-        for (node, theta) in angles.iter().enumerate() {
+        let mut functions = vec![[F64x4::ZERO; VECTORS]; grid.outgoing * side];
+        for (node, (theta, weight)) in angles.iter().zip(&weights).enumerate() {
             legendre.visit(&[math::cos(*theta); 16], &[math::sin(*theta); 16], |p, q, value| {
-                functions[(node * side + p) * side + q] = value[0];
+                functions[node * side + p][q / LANES].0[q % LANES] = TAU * weight * value[0];
             });
         }
         let cosine =
             |j: usize, q: usize| TAU / grid.azimuths as f64 * math::cos(q as f64 * azimuth(j, grid.azimuths));
-        let cosines = (0..grid.azimuths).flat_map(|j| (0..=grid.p).map(move |q| cosine(j, q))).collect();
+        let mut cosines = vec![[F64x4::ZERO; VECTORS]; grid.azimuths];
+        for (j, cosines) in cosines.iter_mut().enumerate() {
+            (0..side).for_each(|q| cosines[q / LANES].0[q % LANES] = cosine(j, q));
+        }
         let visible = |theta: f64| if centre == Centre::Normal { theta.min(PI - theta) } else { theta };
         let seen = |theta: &f64| centre.toward(Direction::from_angles(visible(*theta), 0.0));
         let seen = angles.iter().map(seen).collect();
-        Self { grid, outgoing: angles.into_iter().zip(weights).collect(), seen, functions, cosines }
+        let outgoing = angles.into_iter().zip(weights).collect();
+        Self { grid, level: SimdLevel::detect(), outgoing, seen, functions, cosines }
     }
 
     fn slice(&self, source: Source<'_>, theta_i: f64) -> Result<IncidentSlice, NotFinite> {
-        let Grid { p: most_p, azimuths, .. } = self.grid;
-        let side = most_p + 1;
-        let mut moments = vec![[0.0; 3]; side * side];
-        let (mut energy, mut series) = (0.0, vec![[0.0; 3]; side]);
+        let azimuths = self.grid.azimuths;
         let incident: Vec<Direction> =
             (0..azimuths).map(|j| Direction::from_angles(theta_i, azimuth(j, azimuths))).collect();
-        for (node, ((theta_o, weight), view)) in self.outgoing.iter().zip(&self.seen).enumerate() {
-            series.fill([0.0; 3]);
-            for (j, cosines) in self.cosines.chunks_exact(side).enumerate() {
+        let mut energy = 0.0;
+        let mut lit = Vec::with_capacity(self.outgoing.len());
+        for ((theta_o, weight), view) in self.outgoing.iter().zip(&self.seen) {
+            let mut values = Vec::with_capacity(azimuths);
+            for (j, cosines) in self.cosines.iter().enumerate() {
                 let value = (source.rho_hat)(view.incident(incident[j]), view.outgoing());
                 if !value.iter().all(|value| value.is_finite()) {
                     return Err(NotFinite { theta_i, theta_o: *theta_o, phi: azimuth(j, azimuths) });
                 }
-                energy += weight * cosines[0] * value.iter().map(|value| value * value).sum::<f64>();
-                for (sum, cosine) in series.iter_mut().zip(cosines) {
-                    (0..3).for_each(|channel| sum[channel] += cosine * value[channel]);
+                energy += weight * cosines[0].0[0] * value.iter().map(|value| value * value).sum::<f64>();
+                if value != [0.0; 3] {
+                    values.push((j, value));
                 }
             }
-            for p in 0..=most_p {
-                for q in 0..=p {
-                    let factor = TAU * weight * self.functions[(node * side + p) * side + q];
-                    (0..3).for_each(|channel| moments[p * side + q][channel] += factor * series[q][channel]);
+            lit.push(values);
+        }
+        let mut moments = vec![[F64x4::ZERO; VECTORS]; 3 * (self.grid.p + 1)];
+        self.level.run(OutgoingMoments { nodes: self, lit: &lit, moments: &mut moments });
+        Ok(IncidentSlice { moments, energy })
+    }
+}
+
+/// The integrals over theta_o and phi.
+struct OutgoingMoments<'a> {
+    nodes: &'a OutgoingNodes,
+    /// The azimuths of each theta_o where rho_hat is not zero, with its values.
+    lit: &'a [Vec<(usize, [f64; 3])>],
+    moments: &'a mut [[F64x4; VECTORS]],
+}
+
+impl WithSimd for OutgoingMoments<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let side = self.nodes.grid.p + 1;
+        let functions = self.nodes.functions.chunks_exact(side);
+        for (values, functions) in self.lit.iter().zip(functions).filter(|(values, _)| !values.is_empty()) {
+            for (channel, moments) in self.moments.chunks_exact_mut(side).enumerate() {
+                let mut series = [simd.splat_f64s(0.0); VECTORS];
+                for (j, value) in values {
+                    let (value, cosines) = (simd.splat_f64s(value[channel]), &self.nodes.cosines[*j]);
+                    for k in 0..VECTORS {
+                        let part = simd.mul_f64s(load(simd, &cosines[k]), value);
+                        series[k] = simd.add_f64s(series[k], part);
+                    }
+                }
+                for (p, (moments, functions)) in moments.iter_mut().zip(functions).enumerate() {
+                    for k in 0..=p / LANES {
+                        let part = simd.mul_f64s(load(simd, &functions[k]), series[k]);
+                        let sum = simd.add_f64s(load(simd, &moments[k]), part);
+                        store(simd, sum, &mut moments[k]);
+                    }
                 }
             }
         }
-        Ok(IncidentSlice { moments, energy })
     }
 }
 
@@ -223,25 +279,57 @@ fn azimuth(j: usize, azimuths: usize) -> f64 {
     PI * (j as f64 + 0.5) / azimuths as f64
 }
 
-/// The integrals over theta_i for one q, [l, p]: those of the moments times f_lq sin(theta_i).
-fn incident_moments(
-    incident: &[(f64, f64)],
-    slices: &[IncidentSlice],
+/// Angles theta_i whose terms are added at once: a sum is read and written once for all of them.
+const AT_ONCE: usize = 8;
+
+/// Vectors that hold three numbers for each p from q on.
+fn vectors_of(q: usize, grid: Grid) -> usize {
+    (3 * (grid.p + 1 - q)).div_ceil(LANES)
+}
+
+/// The integrals over theta_i for one q, [l, p, channel]: those of the moments times f_lq sin(theta_i).
+struct IncidentMoments<'a> {
+    incident: &'a [(f64, f64)],
+    slices: &'a [IncidentSlice],
+    legendre: &'a Legendre,
     q: usize,
     grid: Grid,
-) -> Vec<[f64; 3]> {
-    let side = grid.p + 1;
-    let mut sums = vec![[0.0; 3]; (grid.f + 1) * side];
-    let legendre = Legendre::new(grid.f, grid.p);
-    for ((theta, weight), slice) in incident.iter().zip(slices) {
-        let moments: Vec<[f64; 3]> = (q..=grid.p)
-            .map(|p| slice.moments[p * side + q].map(|moment| moment * weight * math::sin(*theta)))
-            .collect();
-        legendre.order(q, math::cos(*theta), math::sin(*theta), |l, value| {
-            for (sum, moment) in sums[l * side + q..][..side - q].iter_mut().zip(&moments) {
-                (0..3).for_each(|channel| sum[channel] += value * moment[channel]);
+}
+
+impl WithSimd for IncidentMoments<'_> {
+    type Output = Vec<F64x4>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<F64x4> {
+        let Self { incident, slices, legendre, q, grid } = self;
+        let row = vectors_of(q, grid);
+        let mut sums = vec![F64x4::ZERO; (grid.f + 1) * row];
+        let mut functions = vec![[0.0; AT_ONCE]; grid.f + 1];
+        for (incident, slices) in incident.chunks(AT_ONCE).zip(slices.chunks(AT_ONCE)) {
+            // Angles that are missing in the last block have no moments.
+            let (mut cosine, mut sine) = ([1.0; AT_ONCE], [0.0; AT_ONCE]);
+            let mut moments = vec![[F64x4::ZERO; AT_ONCE]; row];
+            for (i, ((theta, weight), slice)) in incident.iter().zip(slices).enumerate() {
+                (sine[i], cosine[i]) = (math::sin(*theta), math::cos(*theta));
+                for p in q..=grid.p {
+                    for (channel, moment) in slice.moment(p, q).into_iter().enumerate() {
+                        let at = 3 * (p - q) + channel;
+                        moments[at / LANES][i].0[at % LANES] = moment * weight * sine[i];
+                    }
+                }
             }
-        });
+            legendre.order(q, &cosine, &sine, |l, values| functions[l] = *values);
+            for (sums, functions) in sums.chunks_exact_mut(row).zip(&functions).skip(q) {
+                let functions = functions.map(|value| simd.splat_f64s(value));
+                for (sum, moments) in sums.iter_mut().zip(&moments) {
+                    let mut total = load(simd, sum);
+                    for i in 0..AT_ONCE {
+                        total = simd.add_f64s(total, simd.mul_f64s(load(simd, &moments[i]), functions[i]));
+                    }
+                    store(simd, total, sum);
+                }
+            }
+        }
+        sums
     }
-    sums
 }

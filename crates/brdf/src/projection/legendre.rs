@@ -71,15 +71,27 @@ impl Legendre {
         }
     }
 
-    /// Calls `visit(l, f_lq)` for one q, at most the highest order, and every l >= q.
-    pub(super) fn order(&self, q: usize, cosine: f64, sine: f64, mut visit: impl FnMut(usize, f64)) {
-        let (mut below, mut value) = (0.0, self.start[q] * math::powi(sine, q as i32));
-        visit(q, value);
+    /// Calls `visit(l, f_lq)` for one q, at most the highest order, and every l >= q, at some angles.
+    #[inline]
+    pub(super) fn order<const COUNT: usize>(
+        &self,
+        q: usize,
+        cosine: &[f64; COUNT],
+        sine: &[f64; COUNT],
+        mut visit: impl FnMut(usize, &[f64; COUNT]),
+    ) {
+        let mut below = [0.0; COUNT];
+        let mut value = sine.map(|sine| self.start[q] * math::powi(sine, q as i32));
+        visit(q, &value);
         // Order k has f - k steps.
         let first = (0..q).map(|k| self.f - k).sum();
         for (l, [a, b]) in (q + 1..=self.f).zip(&self.climb[first..]) {
-            (below, value) = (value, a * cosine * value - b * below);
-            visit(l, value);
+            let mut next = [0.0; COUNT];
+            for i in 0..COUNT {
+                next[i] = a * cosine[i] * value[i] - b * below[i];
+            }
+            (below, value) = (value, next);
+            visit(l, &value);
         }
     }
 }
@@ -107,9 +119,13 @@ mod tests {
             });
             assert_eq!(count, (0..=7).map(|q| 41 - q).sum::<usize>());
             for q in [0, 3, 7] {
-                Legendre::new(40, 7).order(q, theta.cos(), theta.sin(), |l, value| {
+                Legendre::new(40, 7).order(q, &[theta.cos(); 3], &[theta.sin(); 3], |l, value| {
                     let expected = rows[l * l + l + q] / if q > 0 { 2f64.sqrt() } else { 1.0 };
-                    assert!((value - expected).abs() < 1e-12, "{l} {q} {theta}: {value} {expected}");
+                    let error = value.map(|value| (value - expected).abs());
+                    assert!(
+                        error.iter().all(|error| *error < 1e-12),
+                        "{l} {q} {theta}: {value:?} {expected}"
+                    );
                 });
             }
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use engine::{Event, ItemName};
+use engine::{Event, ItemName, path_text};
 
 use crate::lists::{fitting, more};
 use crate::outstanding::OutstandingErrors;
@@ -84,7 +84,7 @@ impl BuildStatus {
                 self.watching = watching(*folders, *poll_milliseconds, because.as_deref());
             }
             Event::Noticed { changes, milliseconds } => {
-                let paths = changes.iter().map(|change| change.path.clone());
+                let paths = changes.iter().map(|change| path_text(&change.path));
                 self.pending.add(Some(now - milliseconds), paths);
             }
             Event::RebuildLoop { item, .. } => self.stopped = Some(item.clone()),
@@ -257,7 +257,7 @@ mod tests {
             [noticed("hdri/studio.hdr"), planned(3), removed("a.exr"), removed("b.exr"), ended(false)];
         let toast = update(&mut status, &events).unwrap();
         assert_eq!(
-            toast.lines,
+            toast.lines.into_iter().map(test_data::unix_paths).collect::<Vec<_>>(),
             ["because of hdri/studio.hdr", "hdri/studio.hdr was deleted: 2 files removed"]
         );
     }

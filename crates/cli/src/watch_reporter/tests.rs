@@ -42,7 +42,7 @@ impl Watched {
     /// Compares the lines since the last call. The common indentation of an expectation is not compared: one
     /// of its lines begins a paragraph.
     fn shows(&self, expected: Expect) -> &Self {
-        expected.assert_eq(&self.lines());
+        expected.assert_eq(&test_data::unix_paths(self.lines()));
         self
     }
 }

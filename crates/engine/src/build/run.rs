@@ -18,8 +18,8 @@ use crate::error::Error;
 use crate::event::Reason;
 use crate::key::{Digest, ItemKey};
 use crate::kinds::{
-    Artifact, Context, ExportedFiles, Failure, Gate, Handle, KeyedHandles, Output, Product, ShareDone,
-    WHEN_WRITTEN,
+    Artifact, Context, DerivedValues, ExportedFiles, Failure, Gate, Handle, KeyedHandles, Output, Product,
+    ShareDone, WHEN_WRITTEN,
 };
 use crate::own_time::own_time;
 use crate::plan::{ItemIndex, Wanted};
@@ -326,7 +326,7 @@ impl RunContext<'_> {
         }
     }
 
-    fn context<'c>(&self, request: &RunRequest, reader: &'c Reader) -> Context<'c> {
+    fn context<'c>(&'c self, request: &RunRequest, reader: &'c Reader) -> Context<'c> {
         let item = &self.check.plan.items[request.item];
         let stage = &self.check.plan.stages[item.stage];
         let info = &self.check.stages[item.stage];
@@ -335,6 +335,7 @@ impl RunContext<'_> {
             .with_folder(self.check.folder.to_path_buf())
             .with_out(self.check.plan.out.clone())
             .with_scratch(self.check.state.store.temporary_folder());
+        context.derived = DerivedValues { memory: Some(self.memory) };
         context.files.kept =
             self.keep_scratch.then(|| self.check.state.store.kept_folder(&self.check.name(request.item)));
         context.reporter.stale = Some(self.running.stale_flag(request.item));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::artifact::Handle;
+use super::derived_values::DerivedValues;
 use super::inputs::Inputs;
 use super::item_files::ItemFiles;
 use super::reporter::Reporter;
@@ -19,6 +20,8 @@ pub struct Context<'a> {
     pub files: ItemFiles<'a>,
     /// Takes warnings, notes and progress, and says whether the item is to stop.
     pub reporter: Reporter,
+    /// Keeps what the kind computes from artifacts for later runs.
+    pub derived: DerivedValues<'a>,
     key: Option<ItemKey>,
     recipe: String,
 }
@@ -30,6 +33,7 @@ impl<'a> Context<'a> {
             inputs: Inputs::default(),
             files: ItemFiles::new(files),
             reporter: Reporter::default(),
+            derived: DerivedValues::default(),
             key: None,
             recipe: String::new(),
         }

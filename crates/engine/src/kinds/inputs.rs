@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::artifact::{Artifact, Handle};
 use super::failure::Failure;
-use crate::key::ItemKey;
+use crate::key::{Digest, ItemKey};
 
 /// The artifacts at a port, sorted by the keys of the items that made them.
 pub(crate) type KeyedHandles = Vec<(ItemKey, Arc<Handle>)>;
@@ -52,6 +52,14 @@ impl Inputs {
         self.first(port).ok_or_else(|| unconnected(port))?.bytes()
     }
 
+    /// The digest of the artifact at a single port: the identity of its value.
+    ///
+    /// # Errors
+    /// If the port is not connected.
+    pub fn digest(&self, port: &str) -> Result<Digest, Failure> {
+        self.first(port).map(Handle::digest).ok_or_else(|| unconnected(port))
+    }
+
     /// The type of the artifact at a port, for a port that takes several types.
     pub fn type_at(&self, port: &str) -> Option<&'static str> {
         self.first(port).map(Handle::type_name)
@@ -70,7 +78,6 @@ fn unconnected(port: &str) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::key::Digest;
     use crate::testkit::{Number, Text};
 
     fn handle<T: Artifact>(value: T) -> Arc<Handle> {

@@ -17,7 +17,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::key::ItemKey;
-use crate::testkit::{kinds, shown, unix_paths};
+use crate::testkit::{kinds, shown};
 
 /// Folders in memory, by their absolute paths.
 struct Tree(BTreeMap<PathBuf, BTreeSet<Name>>);
@@ -97,7 +97,7 @@ fn drawn(plan: &Plan) -> String {
             text += &format!(" {port}={}", names.join("+"));
         }
         if let Some(source) = &item.source {
-            text += &format!(" < {}", unix_paths(source.display().to_string()));
+            text += &format!(" < {}", test_data::unix_paths(source.display().to_string()));
         }
         if !item.files.is_empty() {
             text += &format!(" > {}", item.files.join(" "));

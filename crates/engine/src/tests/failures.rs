@@ -247,7 +247,7 @@ fn errors_of_the_system_are_distinguished() {
     ] {
         let error = Error::io(&Io::from(kind), "write", Path::new("out/a.exr"));
         assert_eq!(error.kind(), expected);
-        assert!(unix_paths(error.to_string()).starts_with("cannot write out/a.exr: "));
+        assert!(test_data::unix_paths(error.to_string()).starts_with("cannot write out/a.exr: "));
         assert_eq!(error.help().is_some(), expected != ErrorKind::Io);
     }
 }

@@ -62,7 +62,7 @@ impl TextKind for SlowSource {
     const SOURCE: bool = true;
 
     fn make(_: &Nothing, text: &str, context: &Context<'_>) -> Result<String, Failure> {
-        let gate = unix_paths(path_text(context.files.source()?));
+        let gate = test_data::unix_paths(path_text(context.files.source()?));
         if text == "bad" {
             // It ignores the request to stop, and fails in the end.
             GATE.pass(&gate, || Ok(()))?;

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex};
 
-use super::{CAPITALS, Project, TextKind, assert_has, log};
+use super::{CAPITALS, Project, TextKind, assert_has, log, remove_tree};
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::{Change, Changed, Event, Summary};
@@ -31,6 +31,8 @@ use crate::testkit::{Nothing, kinds};
 use crate::watch::{Backoff, ChangeCollector, WatchOptions, Watcher};
 
 const DEADLINE: Duration = Duration::from_secs(60);
+/// Why a test is skipped.
+const KEPT: &str = "this system does not remove a folder that is watched";
 const QUIET: Duration = Duration::from_millis(20);
 /// The first and the longest pause before another try: so short that tests need not wait.
 const TRIES: [Duration; 2] = [Duration::from_millis(2), Duration::from_millis(20)];

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use notify::event::{EventKind, ModifyKind, RenameMode};
@@ -30,8 +30,12 @@ use crate::platform;
 use crate::platform::{has_other_names, path_text};
 use crate::storage::being_written;
 
-/// How often a waiting watcher checks whether it is to stop.
-const STOP_INTERVAL: Duration = Duration::from_millis(100);
+/// The quiet time after changes of files that are known to be complete: a program that saves several files
+/// does so without a pause.
+const SAVING: Duration = Duration::from_millis(2);
+
+/// A longer quiet time than this was asked for on purpose, because of files that belong together.
+const ON_PURPOSE: Duration = Duration::from_millis(20);
 
 /// How long no exported file is removed before the removed ones are restored: a program that removes a folder
 /// of them would fail if they came back meanwhile.
@@ -48,6 +52,8 @@ pub(super) struct Hints {
     /// Whether something may have changed that is not among the paths.
     is_uncertain: bool,
     first: Option<Instant>,
+    /// Whether it is not known of some change that it is complete.
+    may_go_on: bool,
     /// When the first and the last of the changes could be built.
     ready: Option<(Instant, Instant)>,
 }
@@ -56,6 +62,7 @@ impl Hints {
     /// Notes that something changed now, and can be built.
     fn add_now(&mut self) {
         let now = Instant::now();
+        self.may_go_on = true;
         self.add(now, now, now);
     }
 
@@ -76,8 +83,10 @@ impl Hints {
         Some(removed)
     }
 
-    /// When the changes are to be built: after a quiet time.
+    /// When the changes are to be built: after a quiet time, which is short if all of them are complete.
     fn due(&self, quiet: Duration) -> Option<Instant> {
+        let is_short = !self.may_go_on && quiet <= ON_PURPOSE;
+        let quiet = if is_short { quiet.min(SAVING) } else { quiet };
         self.ready.map(|(first, last)| (last + quiet).min(first + quiet * MOST_QUIET_TIMES))
     }
 
@@ -105,6 +114,7 @@ impl Hints {
         self.removed_outputs.extend(others.removed_outputs);
         self.lost |= others.lost;
         self.is_uncertain |= others.is_uncertain;
+        self.may_go_on |= others.may_go_on;
         self.first = self.first.into_iter().chain(others.first).min();
         self.ready = match (self.ready, others.ready) {
             (Some((a, b)), Some((c, d))) => Some((a.min(c), b.max(d))),
@@ -325,8 +335,8 @@ impl ChangeCollector {
         })
     }
 
-    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so. A
-    /// file that is still being written does not count as a change until it is finished.
+    /// Waits for changes and then for quiet; until `timeout` if there are none, or until `stop` says so and a
+    /// message comes. A file that is still being written does not count as a change until it is finished.
     pub(super) fn wait(&mut self, timeout: Option<Instant>, stop: &dyn Fn() -> bool) -> Wakeup {
         loop {
             self.receive_all();
@@ -350,13 +360,14 @@ impl ChangeCollector {
                 return Wakeup::Timeout;
             }
             let poll = self.poller.as_ref().map(Poller::next);
+            let timeout = timeout.filter(|_| due.is_none());
             let next = [due, timeout, poll, self.unfinished.next()].into_iter().flatten().min();
-            let pause =
-                next.map_or(STOP_INTERVAL, |next| next.saturating_duration_since(now).min(STOP_INTERVAL));
-            match self.messages.recv_timeout(pause) {
-                Ok(message) => self.receive(message),
-                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
-            }
+            // Whoever changes what `stop` says sends a message.
+            let message = match next {
+                Some(next) => self.messages.recv_timeout(next.saturating_duration_since(now)).ok(),
+                None => self.messages.recv().ok(),
+            };
+            message.into_iter().for_each(|message| self.receive(message));
         }
     }
 
@@ -489,10 +500,16 @@ impl ChangeCollector {
                     self.finished(path, &file, since);
                 }
             }
-            FileEvent::Replaced => match self.unfinished.take(&path) {
-                Some(file) => self.finished(path, &file, file.complete_since.unwrap_or(now)),
-                None => self.changed(path, existed),
-            },
+            FileEvent::Replaced => {
+                // A program may put another file in the place of one that is gone, or files into a folder.
+                let is_complete = fs::metadata(&path).is_ok_and(|found| found.is_file());
+                self.hints.may_go_on |= !is_complete;
+                let file = self.unfinished.take(&path);
+                let since = file.as_ref().and_then(|file| file.complete_since).unwrap_or(now);
+                let (existed, first) = file.map_or((existed, now), |file| (file.existed, file.first));
+                self.hints.paths.entry(path).or_insert(existed);
+                self.hints.add(first, since, now);
+            }
             FileEvent::Changed => {
                 if !self.unfinished.changed(&path, existed, now) {
                     self.changed(path, existed);

@@ -5,22 +5,29 @@ use std::f64::consts::TAU;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::fourier::{FourierScratch, ImageRows, Sample};
+use super::fourier::{FourierScratch, ImageRows};
 use super::grid::Grid;
-use super::plan::{TransformPlan, Workspace, order_pairs, split};
-use super::resample::{Resample, ResampleScratch};
+use super::plan::{TransformPlan, Workspace, blocks_of_orders, split};
+use super::resample::{ORDERS, Resample, ResampleScratch};
+use super::sample::{ForEachSample, PerSample, Sample};
 use super::spare::InUse;
 use super::sums::{Group, ODD, PARTS, Project};
-use crate::f64x4::{F64x4, LANES, load, store};
 use crate::legendre::LegendreRecurrence;
+use crate::vector::{F64x8, LANES};
 use crate::{Expansion, Stop, Stopped, quadrature};
 
 /// The rule by which a grid integrates along theta.
-pub(super) enum Colatitude {
-    /// A weight w for each northern row, in fours, zeros past the last: w for even parts, w x for odd ones.
-    Weights(Vec<[F64x4; 2]>),
-    /// Pixel-centred rows past half of their degree.
-    Resample(Resample),
+pub(super) struct Colatitude {
+    /// A weight w for each northern row, in eights, zeros past the last: w for even parts, w x for odd ones.
+    weights: Vec<[F64x8; 2]>,
+    /// For pixel-centred rows past half of their degree; the weights of these are 1.
+    resample: Option<ForEachSample<ResampleOf>>,
+}
+
+struct ResampleOf;
+
+impl PerSample for ResampleOf {
+    type Of<T: Sample> = Resample<T>;
 }
 
 /// Degrees in one task of the last step.
@@ -28,33 +35,37 @@ const DEGREES: usize = 8;
 
 impl Colatitude {
     pub(super) fn new(plan: &TransformPlan) -> Self {
-        let TransformPlan { grid, rows, degree, level, .. } = plan;
-        let (height, width) = (grid.height(), grid.width());
-        let scale = TAU / width as f64;
+        let TransformPlan { grid, rows, degree, .. } = plan;
+        let height = grid.height();
+        let resampled = matches!(grid, Grid::LatLong(_)) && 2 * *degree > height - 1;
         let weights = match grid {
-            Grid::LatLong(_) if 2 * *degree > height - 1 => {
-                return Self::Resample(Resample::new(*level, height, scale));
-            }
-            Grid::LatLong(_) => quadrature::fejer(height),
-            Grid::Gauss(grid) => grid.weights().to_vec(),
+            _ if resampled => vec![1.0; height],
+            Grid::LatLong(_) => quadrature::fejer(height).iter().map(|w| scale(grid) * w).collect(),
+            Grid::Gauss(gauss) => gauss.weights().iter().map(|w| scale(grid) * w).collect(),
         };
         let northern = &weights[..height.div_ceil(2)];
         let lanes = northern.chunks(LANES).zip(&rows.cosine).map(|(weights, cosine)| {
-            let even = std::array::from_fn(|lane| weights.get(lane).map_or(0.0, |weight| scale * weight));
-            [F64x4(even), F64x4::from_fn(|lane| even[lane] * cosine.0[lane])]
+            let even = F64x8::from_fn(|lane| weights.get(lane).copied().unwrap_or(0.0));
+            [even, F64x8::from_fn(|lane| even.0[lane] * cosine.0[lane])]
         });
-        Self::Weights(lanes.collect())
+        Self { weights: lanes.collect(), resample: resampled.then(ForEachSample::new) }
     }
 }
 
+/// The factor of sums over columns that makes them integrals over phi.
+fn scale(grid: &Grid) -> f64 {
+    TAU / grid.width() as f64
+}
+
 /// Memory of one task of the Legendre sums.
-struct AnalysisScratch {
+struct AnalysisScratch<T: Sample> {
     recurrence: LegendreRecurrence,
-    columns: [Vec<Group>; 2],
-    current: Vec<F64x4>,
-    previous: Vec<F64x4>,
-    sums: Vec<Group>,
-    resample: ResampleScratch,
+    column: Vec<Group<f64>>,
+    current: Vec<F64x8>,
+    previous: Vec<F64x8>,
+    sums: Vec<Group<f64>>,
+    resampled: Vec<Group<T>>,
+    resample: ResampleScratch<T>,
 }
 
 pub(super) fn analyse_into<T: Sample>(
@@ -68,35 +79,41 @@ pub(super) fn analyse_into<T: Sample>(
     plan.with_workspace(|workspace| {
         let Workspace { groups, orders } = workspace;
         let (count, width) = (plan.degree + 1, plan.grid.width());
+        let along_rows = plan.along_rows::<T>();
+        let fourier = &along_rows.fourier;
         let at_once = pixels.rows_at_once().div_ceil(LANES);
-        let band = |(scratch, bands): &mut (InUse<'_, FourierScratch>, [Vec<_>; 2]),
-                    (band, output): (usize, &mut [Group])| {
+        let band = |(scratch, bands): &mut (InUse<'_, FourierScratch<T>>, [Vec<_>; 2]),
+                    (band, output): (usize, &mut [Group<T>])| {
             stop.check()?;
             let first = band * at_once;
-            let rows = plan.fourier.rows(first..(first + at_once).min(plan.fourier.groups()));
+            let [at_north, at_south] = fourier.rows(first..(first + at_once).min(fourier.groups()));
             let [north, south] = bands;
-            let [at_north, at_south] = rows;
             let bands = [
                 (at_north.start, pixels.read_rows(width, at_north, north)),
                 (at_south.start, pixels.read_rows(width, at_south, south)),
             ];
             for (group, output) in (first..).zip(output.chunks_mut(count)) {
-                plan.fourier.analyse(group, bands, scratch, output);
+                fourier.analyse(group, bands, scratch, output);
             }
             Ok(())
         };
         groups
             .par_chunks_mut(count * at_once)
             .enumerate()
-            .map_init(|| (plan.fourier_scratch.take(), Default::default()), band)
+            .map_init(|| (along_rows.fourier_scratch.take(), Default::default()), band)
             .collect::<Result<(), Stopped>>()?;
 
-        let pairs = order_pairs(plan.degree);
-        let lengths = pairs.iter().map(|pair| pair.clone().map(|m| count - m).sum());
+        let resample = colatitude.resample.as_ref().map(|resample| {
+            resample.get(|| Resample::<T>::new(plan.level, plan.grid.height(), scale(&plan.grid)))
+        });
+        let blocks = blocks_of_orders(plan.degree, if resample.is_some() { ORDERS } else { 2 });
+        let lengths = blocks.iter().map(|block| block.clone().map(|m| count - m).sum());
         let parts = split(orders, lengths);
-        pairs.into_par_iter().zip(parts).for_each_init(
+        blocks.into_par_iter().zip(parts).for_each_init(
             || AnalysisScratch::new(plan),
-            |scratch, (pair, output)| scratch.integrate(plan, colatitude, groups, pair, output),
+            |scratch, (block, output)| {
+                scratch.integrate(plan, &colatitude.weights, resample, groups, block, output);
+            },
         );
 
         reorder(plan.degree, orders, expansion.coefficients_mut());
@@ -104,114 +121,117 @@ pub(super) fn analyse_into<T: Sample>(
     })
 }
 
-impl AnalysisScratch {
+impl<T: Sample> AnalysisScratch<T> {
     fn new(plan: &TransformPlan) -> Self {
-        let column = || vec![[F64x4::ZERO; PARTS]; plan.rows.groups()];
-        let lanes = || vec![F64x4::ZERO; plan.rows.groups()];
+        let groups = plan.rows.groups();
         Self {
             recurrence: LegendreRecurrence::default(),
-            columns: [column(), column()],
-            current: lanes(),
-            previous: lanes(),
+            column: vec![[F64x8::ZERO; PARTS]; groups],
+            current: vec![F64x8::ZERO; groups],
+            previous: vec![F64x8::ZERO; groups],
             sums: Vec::new(),
+            resampled: Vec::new(),
             resample: ResampleScratch::default(),
         }
     }
 
-    /// The coefficients of one or two orders, by m, then l.
+    /// The coefficients of a block of orders, by m, then l.
     fn integrate(
         &mut self,
         plan: &TransformPlan,
-        colatitude: &Colatitude,
-        groups: &[Group],
-        pair: std::ops::Range<usize>,
-        output: &mut [[f64; 6]],
+        weights: &[[F64x8; 2]],
+        resample: Option<&Resample<T>>,
+        groups: &[Group<T>],
+        block: std::ops::Range<usize>,
+        mut output: &mut [[f64; 6]],
     ) {
         let count = plan.degree + 1;
-        for (m, column) in pair.clone().zip(&mut self.columns) {
-            let input = &groups[m..];
-            match colatitude {
-                Colatitude::Weights(weights) => plan.level.run(Gather { input, count, weights, column }),
-                Colatitude::Resample(_) => {
-                    column.iter_mut().zip(input.iter().step_by(count)).for_each(|(to, from)| *to = *from);
-                }
-            }
+        // The groups of the first order, and how far apart groups of one order and those of one row are.
+        let (mut input, mut stride, mut ahead) = (&groups[block.start..], count, 1);
+        if let Some(resample) = resample {
+            resample.apply(input, block.len(), count, &mut self.resampled, &mut self.resample);
+            (input, stride, ahead) = (&self.resampled, 1, plan.rows.groups());
         }
-        if let Colatitude::Resample(resample) = colatitude {
-            let [first, second] = &mut self.columns;
-            if pair.len() == 1 {
-                second.fill([F64x4::ZERO; PARTS]);
-            }
-            resample.apply(first, second, &mut self.resample);
-            for column in [first, second] {
-                for (values, cosine) in column.iter_mut().zip(&plan.rows.cosine) {
-                    values[ODD..].iter_mut().for_each(|value| multiply(value, cosine));
-                }
-            }
-        }
-        let mut output = output;
-        for (m, column) in pair.zip(&mut self.columns) {
+        for (i, m) in block.enumerate() {
+            let input = &input[i * ahead..];
+            plan.level.run(Gather { input, stride, weights, column: &mut self.column });
             self.recurrence.prepare(m, plan.degree);
-            self.sums.resize(self.recurrence.steps().len(), [F64x4::ZERO; PARTS]);
-            plan.level.run(Project {
+            self.sums.resize(self.recurrence.steps().len(), [F64x8::ZERO; PARTS]);
+            plan.level.run_wide(Project {
                 rows: &plan.rows,
                 recurrence: &self.recurrence,
                 degree: plan.degree,
-                columns: column,
+                columns: &self.column,
                 current: &mut self.current,
                 previous: &mut self.previous,
                 sums: &mut self.sums,
             });
             let (order, rest) = output.split_at_mut(count - m);
-            finish(&self.recurrence, &self.sums, order);
+            plan.level.run(Finish { recurrence: &self.recurrence, sums: &self.sums, order });
             output = rest;
         }
     }
 }
 
-/// column = weights times every `count`-th group of the input.
-struct Gather<'a> {
-    input: &'a [Group],
-    count: usize,
-    weights: &'a [[F64x4; 2]],
-    column: &'a mut [Group],
+/// column = weights times every `stride`-th group of the input.
+struct Gather<'a, T> {
+    input: &'a [Group<T>],
+    stride: usize,
+    weights: &'a [[F64x8; 2]],
+    column: &'a mut [Group<f64>],
 }
 
-impl WithSimd for Gather<'_> {
+impl<T: Sample> WithSimd for Gather<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let inputs = self.input.iter().step_by(self.count);
+    fn with_simd<S: Simd>(self, _: S) {
+        let inputs = self.input.iter().step_by(self.stride);
         for ((to, from), weights) in self.column.iter_mut().zip(inputs).zip(self.weights) {
-            let [even, odd] = [load(simd, &weights[0]), load(simd, &weights[1])];
             for part in 0..PARTS {
-                let weight = if part < ODD { even } else { odd };
-                store(simd, simd.mul_f64s(load(simd, &from[part]), weight), &mut to[part]);
+                let weight = &weights[usize::from(part >= ODD)];
+                for lane in 0..LANES {
+                    to[part].0[lane] = weight.0[lane] * from[part].0[lane].to_f64();
+                }
             }
         }
     }
 }
 
-fn multiply(value: &mut F64x4, factor: &F64x4) {
-    value.0.iter_mut().zip(factor.0).for_each(|(value, factor)| *value *= factor);
+/// Turns sums with lambda_k into sums with P_lm, l = m ..= degree.
+struct Finish<'a> {
+    recurrence: &'a LegendreRecurrence,
+    sums: &'a [Group<f64>],
+    order: &'a mut [[f64; 6]],
 }
 
-/// Turns sums with lambda_k into sums with P_lm, l = m ..= degree.
-fn finish(recurrence: &LegendreRecurrence, sums: &[Group], order: &mut [[f64; 6]]) {
-    let mut earlier = [0.0; ODD];
-    for (k, (sum, degrees)) in sums.iter().zip(order.chunks_mut(2)).enumerate() {
-        let total = sum.map(|lane| (lane.0[0] + lane.0[1]) + (lane.0[2] + lane.0[3]));
-        let now = recurrence.even(k);
-        let before = if k > 0 { recurrence.even_after(k - 1) } else { 0.0 };
-        for part in 0..ODD {
-            degrees[0][part] = now * total[part] + before * earlier[part];
-            earlier[part] = total[part];
-        }
-        if let Some(odd) = degrees.get_mut(1) {
-            let factor = recurrence.odd(k);
+impl WithSimd for Finish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { recurrence, sums, order } = self;
+        let mut earlier = [0.0; ODD];
+        for (k, (sum, degrees)) in sums.iter().zip(order.chunks_mut(2)).enumerate() {
+            let mut total = [0.0; PARTS];
+            for part in 0..PARTS {
+                let mut lanes = [0.0; LANES / 2];
+                for i in 0..LANES / 2 {
+                    lanes[i] = sum[part].0[i] + sum[part].0[LANES / 2 + i];
+                }
+                total[part] = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+            }
+            let now = recurrence.even(k);
+            let before = if k > 0 { recurrence.even_after(k - 1) } else { 0.0 };
             for part in 0..ODD {
-                odd[part] = factor * total[ODD + part];
+                degrees[0][part] = now * total[part] + before * earlier[part];
+                earlier[part] = total[part];
+            }
+            if let Some(odd) = degrees.get_mut(1) {
+                let factor = recurrence.odd(k);
+                for part in 0..ODD {
+                    odd[part] = factor * total[ODD + part];
+                }
             }
         }
     }

@@ -1,4 +1,5 @@
-//! Along the rows: pixels to Fourier coefficients of phi and back, four pairs of rows at a time.
+//! Along the rows: pixels to Fourier coefficients of phi and back, eight pairs of rows at a time and in the
+//! precision of the pixels.
 //!
 //! A northern row N and its mirror S are the real and imaginary part of one complex row, so that one complex
 //! FFT serves both: with X its transform, N_m = (X_m + conj X_(W-m)) / 2 and S_m = (X_m - conj X_(W-m)) / 2i.
@@ -9,61 +10,21 @@
 //! sum over m of (A_m cos(m phi_c) + B_m sin(m phi_c))
 //!     = Re sum over m of (A_m - i B_m) u_m exp(-2 pi i m c / W).
 //! ```
+//!
+//! A row with many more columns than twice the degree is split: with c = a + d b, an FFT of W / d columns
+//! runs over b for each a < d, and the factor exp(-2 pi i m a / W) joins u_m. So frequencies past the degree
+//! are not computed.
 
 use std::f64::consts::PI;
 use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::sums::{Group, ODD, PARTS};
-use crate::f64x4::{F64x4, LANES, SimdLevel, load, store};
-use crate::fft::{self, Complex4, Fft, cis};
-
-/// A channel of a pixel: `f32` or `f64`.
-pub trait Sample: Copy + Send + Sync + private::Sealed {
-    /// The value of a black channel.
-    const ZERO: Self;
-
-    /// Converts to the precision of the sums.
-    fn to_f64(self) -> f64;
-
-    /// Converts from the precision of the sums, rounding to nearest.
-    fn from_f64(value: f64) -> Self;
-}
-
-mod private {
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
-}
-
-impl Sample for f32 {
-    const ZERO: Self = 0.0;
-
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        value as f32
-    }
-}
-
-impl Sample for f64 {
-    const ZERO: Self = 0.0;
-
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        self
-    }
-
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-}
+use super::sample::Sample;
+use super::sums::{Group, ODD};
+use crate::f64x4::SimdLevel;
+use crate::fft::{Complex, Fft, cis};
+use crate::vector::{LANES, Transpose, Vector8, WithTranspose, run_transposing};
 
 /// An image whose rows are read a few at a time, such as one that is compressed.
 pub trait ImageRows<T>: Sync {
@@ -97,35 +58,54 @@ impl<T: Sample> ImageRows<T> for [[T; 3]] {
 }
 
 /// The Fourier transform of one grid's rows for m = 0 ..= degree.
-pub(crate) struct Fourier {
+pub(crate) struct Fourier<T: Sample> {
     level: SimdLevel,
     width: usize,
     height: usize,
-    fft: Fft,
-    /// u_m of the module text, m = 0 ..= degree.
-    turns: Vec<[f64; 2]>,
+    /// The transform of each of the d parts of a row.
+    fft: Fft<Vector8<T>>,
+    /// u_m exp(-2 pi i m a / W) / 2 for each part a: m = 0 ..= degree.
+    turns: Vec<Vec<[T; 2]>>,
 }
 
-/// Memory of one task.
+/// Memory of one task: three channels of each column or frequency.
 #[derive(Default)]
-pub(crate) struct FourierScratch {
-    /// Four pairs of rows as complex rows, by channel.
-    rows: [Vec<Complex4>; 3],
-    fft: Vec<Complex4>,
+pub(crate) struct FourierScratch<T: Sample> {
+    /// Eight pairs of rows.
+    rows: Vec<Complex<Vector8<T>>>,
+    /// One part of them.
+    part: Vec<Complex<Vector8<T>>>,
+    fft: Vec<Complex<Vector8<T>>>,
+    groups: Vec<Group<T>>,
+    /// Stands for rows that do not exist.
+    black: Vec<[T; 3]>,
 }
 
-impl Fourier {
+/// Rows are split into this number of parts at least: into fewer, what is saved is less than it costs.
+const FEWEST_PARTS: usize = 4;
+
+/// The channels of a pixel.
+const CHANNELS: usize = 3;
+
+/// The number of parts into which rows are split.
+fn parts(width: usize, degree: usize) -> usize {
+    let enough = |parts: &usize| width.is_multiple_of(*parts) && width / parts > 2 * degree.max(2);
+    (FEWEST_PARTS..=width).rev().find(enough).unwrap_or(1)
+}
+
+impl<T: Sample> Fourier<T> {
     pub(crate) fn new(level: SimdLevel, width: usize, height: usize, degree: usize) -> Self {
-        let turns = (0..=degree)
-            .map(|m| {
-                let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
-                cis(-PI * (m % (2 * width)) as f64 / width as f64).map(|part| sign * part)
-            })
-            .collect();
-        Self { level, width, height, fft: Fft::new(level, width), turns }
+        let parts = parts(width, degree);
+        let turn = |part: usize, m: usize| {
+            let sign = if m.is_multiple_of(2) { 0.5 } else { -0.5 };
+            cis(-PI * (m * (2 * part + 1) % (2 * width)) as f64 / width as f64)
+                .map(|value| T::from_f64(sign * value))
+        };
+        let turns = (0..parts).map(|part| (0..=degree).map(|m| turn(part, m)).collect()).collect();
+        Self { level, width, height, fft: Fft::new(level, width / parts), turns }
     }
 
-    /// The number of groups of four pairs of rows.
+    /// The number of groups of eight pairs of rows.
     pub(crate) fn groups(&self) -> usize {
         self.height.div_ceil(2).div_ceil(LANES)
     }
@@ -137,111 +117,150 @@ impl Fourier {
         [north, south]
     }
 
-    /// Sums over the columns of the pairs 4 `group` .. 4 `group` + 4: `output[m]` gets E and O of every
+    /// Sums over the columns of the pairs 8 `group` .. 8 `group` + 8: `output[m]` gets E and O of every
     /// channel. `bands` are the first row and the pixels of a band in the north and one in the south that
     /// have these rows.
-    pub(crate) fn analyse<T: Sample>(
+    pub(crate) fn analyse(
         &self,
         group: usize,
         bands: [(usize, &[[T; 3]]); 2],
-        scratch: &mut FourierScratch,
-        output: &mut [Group],
+        scratch: &mut FourierScratch<T>,
+        output: &mut [Group<T>],
     ) {
-        let (width, height) = (self.width, self.height);
-        // Past the last pair, and for the mirror of an odd height's equator, the factor of a row is 0.
+        let (width, height, parts) = (self.width, self.height, self.turns.len());
+        let FourierScratch { rows, part: part_of_rows, fft, black, .. } = scratch;
+        black.resize(width, [T::ZERO; 3]);
+        rows.resize(CHANNELS * width, [Vector8::ZERO; 2]);
+        // Past the last pair, and as the mirror of an odd height's equator, rows are black.
         let pairs = [0, 1].map(|part| {
-            let row = |lane: usize| {
+            std::array::from_fn(|lane| {
                 let north = group * LANES + lane;
+                let row = if part == 0 { north } else { (height - 1).wrapping_sub(north) };
                 let counts = 2 * north + part < height;
-                let north = north.min(height.div_ceil(2) - 1);
                 let (first, pixels) = bands[part];
-                let row = if part == 0 { north } else { height - 1 - north } - first;
-                (&pixels[row * width..][..width], counts)
-            };
-            let rows: [_; LANES] = std::array::from_fn(row);
-            (rows.map(|(row, _)| row), F64x4(rows.map(|(_, counts)| f64::from(u8::from(counts)))))
+                if !counts {
+                    return black.as_flattened();
+                }
+                pixels[(row - first) * width..][..width].as_flattened()
+            })
         });
-        let FourierScratch { rows, fft } = scratch;
-        rows.iter_mut().for_each(|rows| rows.resize(width, fft::ZERO));
-        self.level.run(Interleave { pairs, rows });
-        rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
-        self.level.run(Separate { turns: &self.turns, rows, output });
+        run_transposing(self.level, Interleave { pairs, rows });
+        for (part, turns) in self.turns.iter().enumerate() {
+            let rows = if parts == 1 {
+                &mut *rows
+            } else {
+                let columns = rows.chunks_exact(CHANNELS).skip(part).step_by(parts);
+                part_of_rows.clear();
+                columns.for_each(|column| part_of_rows.extend_from_slice(column));
+                &mut *part_of_rows
+            };
+            self.fft.run(rows, fft);
+            self.level.run(Separate { turns, rows, output, first: part == 0, last: part + 1 == parts });
+        }
     }
 
-    /// The pixels of four pairs of rows from E and O of every m, as `input` gives them.
+    /// The pixels of eight pairs of rows from E and O of every m, as `input` gives them.
     ///
     /// `north` takes the northern rows from the first pair down, `south` their mirrors from the last pair
     /// down (without the equator, whose row is northern).
-    pub(crate) fn synthesise<'a, T: Sample>(
+    pub(crate) fn synthesise<'a>(
         &self,
-        input: impl Fn(usize) -> &'a Group,
-        scratch: &mut FourierScratch,
+        input: impl Fn(usize) -> &'a Group<T>,
+        scratch: &mut FourierScratch<T>,
         north: &mut [[T; 3]],
         south: &mut [[T; 3]],
     ) {
-        let width = self.width;
-        let FourierScratch { rows, fft } = scratch;
-        for rows in rows.iter_mut() {
-            rows.clear();
-            rows.resize(width, fft::ZERO);
-        }
-        // Copied a few at a time: the groups lie far apart, and a short loop has more of them under way.
-        for (block, turns) in self.turns.chunks(GROUPS).enumerate() {
-            let first = block * GROUPS;
-            let mut groups = [[F64x4::ZERO; PARTS]; GROUPS];
-            (0..turns.len()).for_each(|i| groups[i] = *input(first + i));
-            self.level.run(Join { first, turns, groups: &groups, rows });
-        }
-        rows.iter_mut().for_each(|rows| self.fft.run(rows, fft));
-        let [red, green, blue] = rows;
-        let store = |part: usize, lane: usize, columns: Range<usize>, pixels: &mut [[T; 3]]| {
-            let rows = red[columns.clone()].iter().zip(&green[columns.clone()]).zip(&blue[columns.clone()]);
-            for (rgb, ((red, green), blue)) in pixels[columns].iter_mut().zip(rows) {
-                *rgb = [red, green, blue].map(|row| T::from_f64(row[part].0[lane]));
-            }
-        };
-        for start in (0..width).step_by(COLUMNS) {
-            let columns = start..(start + COLUMNS).min(width);
-            for (lane, pixels) in north.chunks_exact_mut(width).enumerate() {
-                store(0, lane, columns.clone(), pixels);
-            }
-            for (lane, pixels) in south.chunks_exact_mut(width).rev().enumerate() {
-                store(1, lane, columns.clone(), pixels);
+        let (width, parts) = (self.width, self.turns.len());
+        let FourierScratch { rows, part: part_of_rows, fft, groups, .. } = scratch;
+        groups.clear();
+        groups.extend((0..self.turns[0].len()).map(|m| *input(m)));
+        rows.resize(CHANNELS * width, [Vector8::ZERO; 2]);
+        for (part, turns) in self.turns.iter().enumerate() {
+            if parts == 1 {
+                self.level.run(Join { turns, groups, rows });
+                self.fft.run(rows, fft);
+            } else {
+                part_of_rows.resize(CHANNELS * width / parts, [Vector8::ZERO; 2]);
+                self.level.run(Join { turns, groups, rows: part_of_rows });
+                self.fft.run(part_of_rows, fft);
+                let columns = rows.chunks_exact_mut(CHANNELS).skip(part).step_by(parts);
+                for (to, from) in columns.zip(part_of_rows.chunks_exact(CHANNELS)) {
+                    to.copy_from_slice(from);
+                }
             }
         }
+        let mut lines = [(); 2].map(|()| std::array::from_fn(|_| Default::default()));
+        for (line, pixels) in lines[0].iter_mut().zip(north.chunks_exact_mut(width)) {
+            *line = pixels.as_flattened_mut();
+        }
+        for (line, pixels) in lines[1].iter_mut().zip(south.chunks_exact_mut(width).rev()) {
+            *line = pixels.as_flattened_mut();
+        }
+        run_transposing(self.level, Spread { rows, pairs: lines });
     }
 }
 
-/// Columns of four pairs of rows that stay in the first-level cache while they are gathered or spread.
-const COLUMNS: usize = 64;
-
-/// Groups that a synthesis reads at once.
-const GROUPS: usize = 32;
-
-/// Takes the pixels of four pairs of rows, each row times a factor, to complex rows.
+/// Takes the channels of eight pairs of rows to complex rows.
 struct Interleave<'a, T> {
-    pairs: [([&'a [[T; 3]]; LANES], F64x4); 2],
-    rows: &'a mut [Vec<Complex4>; 3],
+    pairs: [[&'a [T]; LANES]; 2],
+    rows: &'a mut [Complex<Vector8<T>>],
 }
 
-impl<T: Sample> WithSimd for Interleave<'_, T> {
-    type Output = ();
-
+impl<T: Sample> WithTranspose for Interleave<'_, T> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { pairs, rows: [red, green, blue] } = self;
-        for start in (0..red.len()).step_by(COLUMNS) {
-            let columns = start..(start + COLUMNS).min(red.len());
-            for (part, (pixels, factors)) in pairs.iter().enumerate() {
-                let factors = load(simd, factors);
-                let [p0, p1, p2, p3] = pixels.map(|row| &row[columns.clone()]);
-                let rows = red[columns.clone()].iter_mut().zip(&mut green[columns.clone()]);
-                let rows = rows.zip(&mut blue[columns.clone()]);
-                let pixels = p0.iter().zip(p1).zip(p2.iter().zip(p3));
-                for (((red, green), blue), ((a, b), (c, d))) in rows.zip(pixels) {
-                    for (channel, value) in [red, green, blue].into_iter().enumerate() {
-                        let lanes = F64x4([a, b, c, d].map(|pixel| pixel[channel].to_f64()));
-                        store(simd, simd.mul_f64s(load(simd, &lanes), factors), &mut value[part]);
+    fn with_transpose<S: Transpose>(self, simd: S) {
+        let Self { pairs, rows } = self;
+        let (tiles, rest) = rows.as_chunks_mut::<LANES>();
+        let whole = LANES * tiles.len();
+        for (part, lines) in pairs.iter().enumerate() {
+            for (i, rows) in (whole..).zip(&mut *rest) {
+                rows[part] = Vector8(lines.map(|line| line[i]));
+            }
+        }
+        let lines = pairs.map(|lines| lines.map(|line| line.as_chunks::<LANES>().0));
+        for (i, rows) in tiles.iter_mut().enumerate() {
+            for (part, lines) in lines.iter().enumerate() {
+                let [a, b, c, d, e, f, g, h] = lines;
+                let tile = [a[i], b[i], c[i], d[i], e[i], f[i], g[i], h[i]];
+                let tile = T::transpose(simd, tile);
+                for j in 0..LANES {
+                    rows[j][part].0 = tile[j];
+                }
+            }
+        }
+    }
+}
+
+/// Takes complex rows to the channels of eight pairs of rows; those that do not exist are empty.
+struct Spread<'a, T> {
+    rows: &'a [Complex<Vector8<T>>],
+    pairs: [[&'a mut [T]; LANES]; 2],
+}
+
+impl<T: Sample> WithTranspose for Spread<'_, T> {
+    #[inline(always)]
+    fn with_transpose<S: Transpose>(self, simd: S) {
+        let Self { rows, mut pairs } = self;
+        let (tiles, rest) = rows.as_chunks::<LANES>();
+        let whole = LANES * tiles.len();
+        for (part, lines) in pairs.iter_mut().enumerate() {
+            for (lane, line) in lines.iter_mut().enumerate().filter(|(_, line)| !line.is_empty()) {
+                for (to, rows) in line[whole..].iter_mut().zip(rest) {
+                    *to = rows[part].0[lane];
+                }
+            }
+        }
+        let mut lines = pairs.map(|lines| lines.map(|line| line.as_chunks_mut::<LANES>().0));
+        for (i, rows) in tiles.iter().enumerate() {
+            for (part, lines) in lines.iter_mut().enumerate() {
+                let mut tile = [[T::ZERO; LANES]; LANES];
+                for j in 0..LANES {
+                    tile[j] = rows[j][part].0;
+                }
+                let tile = T::transpose(simd, tile);
+                for lane in 0..LANES {
+                    if let Some(to) = lines[lane].get_mut(i) {
+                        *to = tile[lane];
                     }
                 }
             }
@@ -249,82 +268,121 @@ impl<T: Sample> WithSimd for Interleave<'_, T> {
     }
 }
 
-/// Takes the transforms of pairs of rows to E and O of every m.
-struct Separate<'a> {
-    turns: &'a [[f64; 2]],
-    rows: &'a [Vec<Complex4>; 3],
-    output: &'a mut [Group],
+/// Adds the transforms of one part of pairs of rows to E and O of every m.
+struct Separate<'a, T> {
+    turns: &'a [[T; 2]],
+    rows: &'a [Complex<Vector8<T>>],
+    output: &'a mut [Group<T>],
+    first: bool,
+    last: bool,
 }
 
-impl WithSimd for Separate<'_> {
+impl<T: Sample> WithSimd for Separate<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { turns, rows, output } = self;
-        for (channel, rows) in rows.iter().enumerate() {
-            for (m, (parts, [x, y])) in output.iter_mut().zip(turns).enumerate() {
-                let read = |column: usize| [0, 1].map(|part| load(simd, &rows[column][part]));
-                let ([p_re, p_im], [q_re, q_im]) = (read(m), read(if m == 0 { 0 } else { rows.len() - m }));
-                // With X_m = p and X_(W-m) = q: 2 N = p + conj q and 2 S = -i (p - conj q).
-                let (n_re, n_im) = (simd.add_f64s(p_re, q_re), simd.sub_f64s(p_im, q_im));
-                let (s_re, minus_s_im) = (simd.add_f64s(p_im, q_im), simd.sub_f64s(p_re, q_re));
-                let even = (simd.add_f64s(n_re, s_re), simd.sub_f64s(n_im, minus_s_im));
-                let odd = (simd.sub_f64s(n_re, s_re), simd.add_f64s(n_im, minus_s_im));
-                let (u_re, u_im) = (simd.splat_f64s(0.5 * x), simd.splat_f64s(0.5 * y));
-                for (part, (re, im)) in [(2 * channel, even), (ODD + 2 * channel, odd)] {
-                    let product = simd.negate_mul_add_f64s(im, u_im, simd.mul_f64s(re, u_re));
-                    store(simd, product, &mut parts[part]);
-                    let product = simd.mul_add_f64s(re, u_im, simd.mul_f64s(im, u_re));
-                    store(simd, product, &mut parts[part + 1]);
-                }
-            }
-        }
-    }
-}
-
-/// Takes E and O of some m, `first` and up, to the terms of pairs of rows.
-struct Join<'a> {
-    first: usize,
-    turns: &'a [[f64; 2]],
-    groups: &'a [Group],
-    rows: &'a mut [Vec<Complex4>; 3],
-}
-
-impl WithSimd for Join<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { first, turns, groups, rows } = self;
-        for (channel, rows) in rows.iter_mut().enumerate() {
-            let width = rows.len();
-            for (m, ([x, y], parts)) in (first..).zip(turns.iter().zip(groups)) {
-                // The two halves of a real cosine, except at m = 0.
-                let half = if m == 0 { 1.0 } else { 0.5 };
-                let (u_re, u_im) = (simd.splat_f64s(half * x), simd.splat_f64s(half * y));
-                let part = |part: usize| load(simd, &parts[part + 2 * channel]);
-                let (e_re, e_im, o_re, o_im) = (part(0), part(1), part(ODD), part(ODD + 1));
-                // (A - i B) u for N = E + O and S = E - O
-                let turned = |a, b| {
-                    let re = simd.mul_add_f64s(a, u_re, simd.mul_f64s(b, u_im));
-                    let im = simd.negate_mul_add_f64s(b, u_re, simd.mul_f64s(a, u_im));
-                    (re, im)
-                };
-                let (n_re, n_im) = turned(simd.add_f64s(e_re, o_re), simd.add_f64s(e_im, o_im));
-                let (s_re, s_im) = turned(simd.sub_f64s(e_re, o_re), simd.sub_f64s(e_im, o_im));
-                // N + i S and, for the mirrored frequency, conj N + i conj S.
-                let near = [simd.sub_f64s(n_re, s_im), simd.add_f64s(n_im, s_re)];
-                let far = [simd.add_f64s(n_re, s_im), simd.sub_f64s(s_re, n_im)];
-                // Coarser than the function, frequencies fold onto each other: terms are added.
-                let column = m % width;
-                let targets = [(column, near), ((width - column) % width, far)];
-                for (column, vector) in targets.into_iter().take(if m == 0 { 1 } else { 2 }) {
-                    for (value, part) in rows[column].iter_mut().zip(vector) {
-                        store(simd, simd.add_f64s(load(simd, value), part), value);
+        let Self { turns, rows, output, first, last } = self;
+        for (m, (parts, [x, y])) in output.iter_mut().zip(turns).enumerate() {
+            let near = &rows[CHANNELS * m..][..CHANNELS];
+            let far = if m == 0 { near } else { &rows[rows.len() - CHANNELS * m..][..CHANNELS] };
+            for r in 0..LANES / T::PER_REGISTER {
+                let (u_re, u_im) = (T::splat(simd, *x), T::splat(simd, *y));
+                for channel in 0..CHANNELS {
+                    let at = [0, 1, ODD, ODD + 1].map(|part| part + 2 * channel);
+                    let mut sums = [T::splat(simd, T::ZERO); 4];
+                    if !first {
+                        for (sum, part) in sums.iter_mut().zip(at) {
+                            *sum = T::load(simd, &parts[part].0, r);
+                        }
+                    }
+                    // The turned sums of p = X_m and of conj q, q = X_(W-m).
+                    let [p, q] = [near, far].map(|rows| &rows[channel]);
+                    let p = [T::load(simd, &p[0].0, r), T::load(simd, &p[1].0, r)];
+                    let q = [T::load(simd, &q[0].0, r), T::load(simd, &q[1].0, r)];
+                    let p_re = T::negate_mul_add(simd, p[1], u_im, T::mul_add(simd, p[0], u_re, sums[0]));
+                    let p_im = T::mul_add(simd, p[1], u_re, T::mul_add(simd, p[0], u_im, sums[1]));
+                    let q_re = T::mul_add(simd, q[1], u_im, T::mul_add(simd, q[0], u_re, sums[2]));
+                    let q_im = T::negate_mul_add(simd, q[1], u_re, T::mul_add(simd, q[0], u_im, sums[3]));
+                    let mut values = [p_re, p_im, q_re, q_im];
+                    if last {
+                        // N = p + conj q, S = -i (p - conj q)
+                        let (n_re, n_im) = (T::add(simd, p_re, q_re), T::add(simd, p_im, q_im));
+                        let (s_re, minus_s_im) = (T::sub(simd, p_im, q_im), T::sub(simd, p_re, q_re));
+                        values = [
+                            T::add(simd, n_re, s_re),
+                            T::sub(simd, n_im, minus_s_im),
+                            T::sub(simd, n_re, s_re),
+                            T::add(simd, n_im, minus_s_im),
+                        ];
+                    }
+                    for (part, value) in at.into_iter().zip(values) {
+                        T::store(simd, value, &mut parts[part].0, r);
                     }
                 }
             }
         }
     }
+}
+
+/// Takes E and O of every m to the terms of one part of pairs of rows.
+struct Join<'a, T> {
+    turns: &'a [[T; 2]],
+    groups: &'a [Group<T>],
+    rows: &'a mut [Complex<Vector8<T>>],
+}
+
+impl<T: Sample> WithSimd for Join<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { turns, groups, rows } = self;
+        let width = rows.len() / CHANNELS;
+        // Coarser than the function, frequencies fold onto each other: terms are added.
+        let fold = 2 * (turns.len() - 1) >= width;
+        let unused = if fold { 0..width } else { turns.len()..width + 1 - turns.len() };
+        rows[CHANNELS * unused.start..CHANNELS * unused.end].fill([Vector8::ZERO; 2]);
+        for (m, ([x, y], parts)) in turns.iter().zip(groups).enumerate() {
+            let column = m % width;
+            let mirror = (width - column) % width;
+            for r in 0..LANES / T::PER_REGISTER {
+                let (u_re, u_im) = (T::splat(simd, *x), T::splat(simd, *y));
+                for channel in 0..CHANNELS {
+                    let even = [&parts[2 * channel], &parts[2 * channel + 1]];
+                    let odd = [&parts[ODD + 2 * channel], &parts[ODD + 2 * channel + 1]];
+                    let even = [T::load(simd, &even[0].0, r), T::load(simd, &even[1].0, r)];
+                    let odd = [T::load(simd, &odd[0].0, r), T::load(simd, &odd[1].0, r)];
+                    // (A - i B) u / 2 for N = E + O and S = E - O
+                    let n = [T::add(simd, even[0], odd[0]), T::add(simd, even[1], odd[1])];
+                    let s = [T::sub(simd, even[0], odd[0]), T::sub(simd, even[1], odd[1])];
+                    let [n_re, n_im] = turned::<T, S>(simd, n, [u_re, u_im]);
+                    let [s_re, s_im] = turned::<T, S>(simd, s, [u_re, u_im]);
+                    // N + i S and, for the mirrored frequency, conj N + i conj S: the halves of a cosine.
+                    let near = [T::sub(simd, n_re, s_im), T::add(simd, n_im, s_re)];
+                    let far = [T::add(simd, n_re, s_im), T::sub(simd, s_re, n_im)];
+                    for (column, vector, is_fresh) in [(column, near, true), (mirror, far, m > 0)] {
+                        for (value, part) in rows[CHANNELS * column + channel].iter_mut().zip(vector) {
+                            let add = fold || !is_fresh;
+                            let sum = if add { T::add(simd, T::load(simd, &value.0, r), part) } else { part };
+                            T::store(simd, sum, &mut value.0, r);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// (A - i B) u
+#[inline(always)]
+fn turned<T: Sample, S: Simd>(
+    simd: S,
+    [a, b]: [T::Register<S>; 2],
+    u: [T::Register<S>; 2],
+) -> [T::Register<S>; 2] {
+    [
+        T::mul_add(simd, a, u[0], T::mul(simd, b, u[1])),
+        T::negate_mul_add(simd, b, u[0], T::mul(simd, a, u[1])),
+    ]
 }

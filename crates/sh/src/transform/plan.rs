@@ -2,9 +2,11 @@
 
 use super::fourier::{Fourier, FourierScratch};
 use super::grid::Grid;
+use super::sample::{ForEachSample, PerSample, Sample};
 use super::spare::Spare;
 use super::sums::{self, Group, Rows};
-use crate::f64x4::{F64x4, SimdLevel};
+use crate::f64x4::SimdLevel;
+use crate::vector::Vector8;
 
 /// Why a grid cannot carry a transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -42,16 +44,27 @@ pub(super) struct TransformPlan {
     pub(super) degree: usize,
     pub(super) level: SimdLevel,
     pub(super) rows: Rows,
-    pub(super) fourier: Fourier,
-    workspaces: Spare<Workspace>,
-    pub(super) fourier_scratch: Spare<FourierScratch>,
+    along_rows: ForEachSample<AlongRowsOf>,
+}
+
+/// What works along the rows, in the precision of the pixels.
+pub(super) struct AlongRows<T: Sample> {
+    pub(super) fourier: Fourier<T>,
+    pub(super) fourier_scratch: Spare<FourierScratch<T>>,
+    workspaces: Spare<Workspace<T>>,
+}
+
+struct AlongRowsOf;
+
+impl PerSample for AlongRowsOf {
+    type Of<T: Sample> = AlongRows<T>;
 }
 
 /// The memory of one analysis or synthesis.
 #[derive(Default)]
-pub(super) struct Workspace {
-    /// Fourier coefficients along the rows: one group for each m and each four pairs of rows.
-    pub(super) groups: Vec<Group>,
+pub(super) struct Workspace<T: Sample> {
+    /// Fourier coefficients along the rows: one group for each m and each eight pairs of rows.
+    pub(super) groups: Vec<Group<T>>,
     /// Coefficients by rising m, then l: (cosine, sine) of each channel.
     pub(super) orders: Vec<[f64; 6]>,
 }
@@ -60,30 +73,31 @@ impl TransformPlan {
     pub(super) fn new(level: SimdLevel, grid: Grid, degree: usize) -> Self {
         let northern: Vec<(f64, f64)> =
             (0..grid.height().div_ceil(2)).map(|row| grid.cosine_sine(row)).collect();
-        Self {
-            degree,
-            level,
-            rows: Rows::new(&northern, degree),
-            fourier: Fourier::new(level, grid.width(), grid.height(), degree),
-            workspaces: Spare::default(),
+        let rows = Rows::new(&northern, degree);
+        Self { degree, level, rows, along_rows: ForEachSample::new(), grid }
+    }
+
+    pub(super) fn along_rows<T: Sample>(&self) -> &AlongRows<T> {
+        self.along_rows.get(|| AlongRows {
+            fourier: Fourier::new(self.level, self.grid.width(), self.grid.height(), self.degree),
             fourier_scratch: Spare::default(),
-            grid,
-        }
+            workspaces: Spare::default(),
+        })
     }
 
     /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
-    pub(super) fn with_workspace<R>(&self, work: impl FnOnce(&mut Workspace) -> R) -> R {
-        let mut workspace = self.workspaces.take();
+    pub(super) fn with_workspace<T: Sample, R>(&self, work: impl FnOnce(&mut Workspace<T>) -> R) -> R {
+        let mut workspace = self.along_rows::<T>().workspaces.take();
         let orders = self.degree + 1;
-        workspace.groups.resize(orders * self.rows.groups(), [F64x4::ZERO; sums::PARTS]);
+        workspace.groups.resize(orders * self.rows.groups(), [Vector8::ZERO; sums::PARTS]);
         workspace.orders.resize(orders * (orders + 1) / 2, [0.0; 6]);
         work(&mut workspace)
     }
 }
 
-/// The pairs (m, m + 1) for even m up to `degree`, as ranges.
-pub(super) fn order_pairs(degree: usize) -> Vec<std::ops::Range<usize>> {
-    (0..=degree).step_by(2).map(|m| m..(m + 2).min(degree + 1)).collect()
+/// The orders m up to `degree`, `count` by `count`.
+pub(super) fn blocks_of_orders(degree: usize, count: usize) -> Vec<std::ops::Range<usize>> {
+    (0..=degree).step_by(count).map(|m| m..(m + count).min(degree + 1)).collect()
 }
 
 /// Cuts a slice into consecutive parts of the given lengths.

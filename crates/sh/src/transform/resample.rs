@@ -12,39 +12,50 @@
 //! ```
 //!
 //! since P_lm is such a polynomial too. So the Legendre sums stay on our H rows. Columns of m and m + 1 share
-//! one circle: their sum is split again by parity.
+//! one circle: their sum is split again by parity. Eight such circles go together, one in each lane.
 
 use std::f64::consts::PI;
 
-use super::sums::{Group, ODD};
-use crate::f64x4::{F64x4, LANES, SimdLevel};
-use crate::fft::{self, Complex4, Fft, cis, times};
+use pulp::Simd;
+
+use super::sample::Sample;
+use super::sums::{Group, ODD, PARTS};
+use crate::f64x4::SimdLevel;
+use crate::fft::{Complex, Fft, Multiply, cis};
 use crate::quadrature;
+use crate::vector::{LANES, Transpose, Vector8, WithTranspose, run_transposing};
+
+/// The orders of one task: an even one and the next in each lane.
+pub(super) const ORDERS: usize = 2 * LANES;
+
+/// The channels of a pixel, which are interleaved on a circle.
+const CHANNELS: usize = 3;
 
 /// The operator M for one number of rows.
-pub(crate) struct Resample {
+pub(super) struct Resample<T: Sample> {
+    level: SimdLevel,
     height: usize,
-    fft: Fft,
+    fft: Fft<Vector8<T>>,
     /// Clenshaw-Curtis weights of our northern rows (the equator included).
-    rows: Vec<f64>,
+    rows: Vec<T>,
     /// The Clenshaw-Curtis weights of the nodes between our rows, around the circle; the scale of the four
     /// Fourier transforms and of the circle's two halves included.
-    between: Vec<f64>,
+    between: Vec<[T; 2]>,
     /// The shift by half a sample toward theta = 0, by frequency; zero at the highest.
-    shift: Vec<[f64; 2]>,
+    shift: Vec<[T; 2]>,
 }
 
 /// The memory of one task.
 #[derive(Default)]
-pub(crate) struct ResampleScratch {
-    /// The circle of each channel, one in each lane.
-    circle: Vec<Complex4>,
-    fft: Vec<Complex4>,
+pub(super) struct ResampleScratch<T: Sample> {
+    /// The circles of each channel, interleaved.
+    circle: Vec<Complex<Vector8<T>>>,
+    fft: Vec<Complex<Vector8<T>>>,
 }
 
-impl Resample {
+impl<T: Sample> Resample<T> {
     /// Prepares M for `height` rows; `scale` multiplies the result.
-    pub(crate) fn new(level: SimdLevel, height: usize, scale: f64) -> Self {
+    pub(super) fn new(level: SimdLevel, height: usize, scale: f64) -> Self {
         let samples = 2 * height;
         let weights = quadrature::clenshaw_curtis(samples);
         let fft_scale = 1.0 / (samples * samples) as f64;
@@ -54,80 +65,122 @@ impl Resample {
                 // our rows is half of that over the circle. The poles stand there once.
                 let node = i.min(samples - i);
                 let share = if node == 0 || node == height { 2.0 } else { 1.0 };
-                scale * share * fft_scale * weights[2 * node]
+                // A quarter, since E and O come and go as sums of two values.
+                [T::from_f64(0.25 * scale * share * fft_scale * weights[2 * node]), T::ZERO]
             })
             .collect();
         let shift = (0..samples)
             .map(|k| {
                 let frequency = if k < height { k as f64 } else { k as f64 - samples as f64 };
-                if k == height { [0.0; 2] } else { cis(-PI * frequency / samples as f64) }
+                let shift = if k == height { [0.0; 2] } else { cis(-PI * frequency / samples as f64) };
+                shift.map(T::from_f64)
             })
             .collect();
-        let rows = (0..height.div_ceil(2)).map(|j| scale * weights[2 * j + 1]).collect();
-        Self { height, fft: Fft::new(level, samples), rows, between, shift }
+        let rows = (0..height.div_ceil(2)).map(|j| T::from_f64(scale * weights[2 * j + 1])).collect();
+        Self { level, height, fft: Fft::new(level, samples), rows, between, shift }
     }
 
-    /// Applies M to the columns of an even m and of m + 1, given and returned as E and O.
-    pub(crate) fn apply(&self, even_m: &mut [Group], odd_m: &mut [Group], scratch: &mut ResampleScratch) {
-        let (height, samples) = (self.height, 2 * self.height);
-        let ResampleScratch { circle, fft } = scratch;
-        circle.resize(samples, fft::ZERO);
-        // Values of one row and its mirror, by part (real, imaginary) and channel.
-        let read = |group: &Group, lane: usize, sign: f64| -> Complex4 {
-            [0, 1].map(|part| {
-                F64x4(std::array::from_fn(|channel| {
-                    let Some(even) = group[..ODD].get(2 * channel + part) else { return 0.0 };
-                    0.5 * (even.0[lane] + sign * group[ODD + 2 * channel + part].0[lane])
-                }))
-            })
-        };
-        for north in 0..height.div_ceil(2) {
-            let (group, lane) = (north / LANES, north % LANES);
-            let south = height - 1 - north;
-            // The equator comes as a northern row without a mirror, E = O = N: its halves are added.
-            for (row, sign) in [(north, 1.0), (south, -1.0)] {
-                let value = |groups: &[Group]| {
-                    if north == south {
-                        combine(&read(&groups[group], lane, 1.0), &read(&groups[group], lane, -1.0), 1.0)
-                    } else {
-                        read(&groups[group], lane, sign)
-                    }
-                };
-                let (a, b) = (value(even_m), value(odd_m));
-                circle[row] = combine(&a, &b, 1.0);
-                circle[samples - 1 - row] = combine(&a, &b, -1.0);
+    /// Applies M to the columns of `orders` orders from an even one on: E and O of the first row at
+    /// `input[order]`, of the next ones `stride` groups on. They come out one order after the other.
+    pub(super) fn apply(
+        &self,
+        input: &[Group<T>],
+        orders: usize,
+        stride: usize,
+        columns: &mut Vec<Group<T>>,
+        scratch: &mut ResampleScratch<T>,
+    ) {
+        let groups = self.rows.len().div_ceil(LANES);
+        columns.resize(ORDERS * groups, [Vector8::ZERO; PARTS]);
+        for (m, column) in columns.chunks_exact_mut(groups).enumerate() {
+            if m < orders {
+                let input = input[m..].iter().step_by(stride);
+                column.iter_mut().zip(input).for_each(|(to, from)| *to = *from);
+            } else {
+                column.fill([Vector8::ZERO; PARTS]);
             }
         }
+        let ResampleScratch { circle, fft } = scratch;
+        circle.resize(CHANNELS * 2 * self.height, [Vector8::ZERO; 2]);
+        run_transposing(self.level, Close { height: self.height, columns, circle });
         // An inverse transform is a transform in reverse. Two of them cancel, because the weights are the
         // same in reverse and the shift is its conjugate.
-        let shift = |circle: &mut [Complex4]| {
-            circle.iter_mut().zip(&self.shift).for_each(|(value, shift)| *value = times(value, *shift));
-        };
+        for factors in [&self.shift, &self.between, &self.shift] {
+            self.fft.run(circle, fft);
+            self.level.run(Multiply { data: circle, factors, count: CHANNELS });
+        }
         self.fft.run(circle, fft);
-        shift(circle);
-        self.fft.run(circle, fft);
-        circle
-            .iter_mut()
-            .zip(&self.between)
-            .for_each(|(value, weight)| *value = times(value, [*weight, 0.0]));
-        self.fft.run(circle, fft);
-        shift(circle);
-        self.fft.run(circle, fft);
+        run_transposing(self.level, Open { resample: self, circle, columns });
+    }
+}
 
-        for north in 0..height.div_ceil(2) {
-            let (group, lane) = (north / LANES, north % LANES);
-            let south = height - 1 - north;
-            let weight = self.rows[north];
-            for (groups, sign) in [(&mut *even_m, 1.0), (&mut *odd_m, -1.0)] {
-                let at = |row: usize| combine(&circle[row], &circle[samples - 1 - row], sign);
-                let n = at(north);
-                let s = if north == south { fft::ZERO } else { at(south) };
-                let (e, o) = (combine(&n, &s, 1.0), combine(&n, &s, -1.0));
-                for part in 0..ODD {
-                    let (part_of, channel) = (part % 2, part / 2);
-                    for (place, between) in [(part, &e), (ODD + part, &o)] {
-                        let value = &mut groups[group][place].0[lane];
-                        *value = *value * weight + 0.5 * between[part_of].0[channel];
+/// Rows of eight pairs: on the circle, the northern row, its mirror on the other half, and the same of the
+/// southern one.
+struct Places {
+    height: usize,
+    group: usize,
+}
+
+impl Places {
+    #[inline(always)]
+    fn at(&self, lane: usize) -> [Option<usize>; 4] {
+        let north = self.group * LANES + lane;
+        let (has_north, has_south) = (2 * north < self.height, 2 * north + 1 < self.height);
+        [
+            has_north.then_some(north),
+            has_north.then(|| 2 * self.height - 1 - north),
+            has_south.then(|| self.height - 1 - north),
+            has_south.then(|| self.height + north),
+        ]
+    }
+}
+
+/// Takes twice the columns of even and odd orders to circles.
+struct Close<'a, T> {
+    height: usize,
+    columns: &'a [Group<T>],
+    circle: &'a mut [Complex<Vector8<T>>],
+}
+
+impl<T: Sample> WithTranspose for Close<'_, T> {
+    #[inline(always)]
+    fn with_transpose<S: Transpose>(self, simd: S) {
+        let Self { height, columns, circle } = self;
+        let groups = columns.len() / ORDERS;
+        for group in 0..groups {
+            let places = Places { height, group };
+            for part in 0..ODD {
+                let mut tiles = [[[T::ZERO; LANES]; LANES]; 4];
+                for pair in 0..LANES {
+                    let [even_m, odd_m] = [0, 1].map(|odd| &columns[(2 * pair + odd) * groups + group]);
+                    for r in 0..LANES / T::PER_REGISTER {
+                        let (even_e, even_o) = load_parts(simd, even_m, part, r);
+                        let (odd_e, odd_o) = load_parts(simd, odd_m, part, r);
+                        let (even_n, even_s) = (T::add(simd, even_e, even_o), T::sub(simd, even_e, even_o));
+                        let (odd_n, odd_s) = (T::add(simd, odd_e, odd_o), T::sub(simd, odd_e, odd_o));
+                        let values = [
+                            T::add(simd, even_n, odd_n),
+                            T::sub(simd, even_n, odd_n),
+                            T::add(simd, even_s, odd_s),
+                            T::sub(simd, even_s, odd_s),
+                        ];
+                        for (tile, value) in tiles.iter_mut().zip(values) {
+                            T::store(simd, value, &mut tile[pair], r);
+                        }
+                    }
+                }
+                let [a, b, c, d] = tiles;
+                let tiles = [
+                    T::transpose(simd, a),
+                    T::transpose(simd, b),
+                    T::transpose(simd, c),
+                    T::transpose(simd, d),
+                ];
+                for lane in 0..LANES {
+                    for (tile, place) in tiles.iter().zip(places.at(lane)) {
+                        if let Some(place) = place {
+                            circle[CHANNELS * place + part / 2][part % 2] = Vector8(tile[lane]);
+                        }
                     }
                 }
             }
@@ -135,6 +188,68 @@ impl Resample {
     }
 }
 
-fn combine(a: &Complex4, b: &Complex4, sign: f64) -> Complex4 {
-    [0, 1].map(|part| F64x4::from_fn(|lane| a[part].0[lane] + sign * b[part].0[lane]))
+#[inline(always)]
+fn load_parts<T: Sample, S: Simd>(
+    simd: S,
+    group: &Group<T>,
+    part: usize,
+    r: usize,
+) -> (T::Register<S>, T::Register<S>) {
+    (T::load(simd, &group[part].0, r), T::load(simd, &group[ODD + part].0, r))
+}
+
+/// Takes circles back to columns: weights times these, and what the nodes between the rows add.
+struct Open<'a, T: Sample> {
+    resample: &'a Resample<T>,
+    circle: &'a [Complex<Vector8<T>>],
+    columns: &'a mut [Group<T>],
+}
+
+impl<T: Sample> WithTranspose for Open<'_, T> {
+    #[inline(always)]
+    fn with_transpose<S: Transpose>(self, simd: S) {
+        let Self { resample: Resample { height, rows, .. }, circle, columns } = self;
+        let groups = columns.len() / ORDERS;
+        for group in 0..groups {
+            let places = Places { height: *height, group };
+            let weights = Vector8::from_fn(|lane| rows.get(group * LANES + lane).copied().unwrap_or(T::ZERO));
+            for part in 0..ODD {
+                let mut tiles = [[[T::ZERO; LANES]; LANES]; 4];
+                for lane in 0..LANES {
+                    for (tile, place) in tiles.iter_mut().zip(places.at(lane)) {
+                        if let Some(place) = place {
+                            tile[lane] = circle[CHANNELS * place + part / 2][part % 2].0;
+                        }
+                    }
+                }
+                let [a, b, c, d] = tiles;
+                let tiles = [
+                    T::transpose(simd, a),
+                    T::transpose(simd, b),
+                    T::transpose(simd, c),
+                    T::transpose(simd, d),
+                ];
+                for pair in 0..LANES {
+                    for r in 0..LANES / T::PER_REGISTER {
+                        let (n, other_n) =
+                            (T::load(simd, &tiles[0][pair], r), T::load(simd, &tiles[1][pair], r));
+                        let (s, other_s) =
+                            (T::load(simd, &tiles[2][pair], r), T::load(simd, &tiles[3][pair], r));
+                        let even = [T::add(simd, n, other_n), T::add(simd, s, other_s)];
+                        let odd = [T::sub(simd, n, other_n), T::sub(simd, s, other_s)];
+                        for (m, [n, s]) in [even, odd].into_iter().enumerate() {
+                            let column = &mut columns[(2 * pair + m) * groups + group];
+                            let between = [T::add(simd, n, s), T::sub(simd, n, s)];
+                            for (part, between) in [part, ODD + part].into_iter().zip(between) {
+                                let value = T::load(simd, &column[part].0, r);
+                                let weight = T::load(simd, &weights.0, r);
+                                let sum = T::mul_add(simd, value, weight, between);
+                                T::store(simd, sum, &mut column[part].0, r);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

@@ -5,12 +5,13 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::f64x4::{F64x4, LANES, load, store};
-use crate::legendre::{Argument, Entry, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
+use super::sample::Sample;
+use crate::legendre::{Argument, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
+use crate::vector::{F64x8, LANES, Vector8, load8, registers, store8};
 
-/// Values that go together at four pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
+/// Values that go together at eight pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
 /// of the odd part O in 6 .. 12.
-pub(crate) type Group = [F64x4; PARTS];
+pub(crate) type Group<T> = [Vector8<T>; PARTS];
 
 /// Values in a group.
 pub(crate) const PARTS: usize = 12;
@@ -19,17 +20,17 @@ pub(crate) const PARTS: usize = 12;
 pub(crate) const ODD: usize = 6;
 
 /// Groups whose sums run together: their values stay in the first-level cache.
-const BLOCK: usize = 64;
+const BLOCK: usize = 32;
 
 /// Steps of one group that go together in a synthesis.
 const CHUNK: usize = 64;
 
-/// The northern rows of a grid (the equator included), from the pole down, in fours; the last is repeated.
+/// The northern rows of a grid (the equator included), from the pole down, in eights; the last is repeated.
 pub(crate) struct Rows {
-    pub(crate) cosine: Vec<F64x4>,
-    pub(crate) sine: Vec<F64x4>,
+    pub(crate) cosine: Vec<F64x8>,
+    pub(crate) sine: Vec<F64x8>,
     /// The argument y of the recurrence's steps; the first `polar` groups use the polar form.
-    argument: Vec<F64x4>,
+    argument: Vec<F64x8>,
     polar: usize,
     sectoral: Sectoral,
 }
@@ -40,8 +41,8 @@ impl Rows {
         let at = |group: usize, lane: usize| rows[(group * LANES + lane).min(rows.len() - 1)];
         let groups = rows.len().div_ceil(LANES);
         let form = |group: usize| Form::of(at(group, LANES - 1).1);
-        let lanes = |value: &dyn Fn(usize, (f64, f64)) -> f64| -> Vec<F64x4> {
-            (0..groups).map(|group| F64x4::from_fn(|lane| value(group, at(group, lane)))).collect()
+        let lanes = |value: &dyn Fn(usize, (f64, f64)) -> f64| -> Vec<F64x8> {
+            (0..groups).map(|group| F64x8::from_fn(|lane| value(group, at(group, lane)))).collect()
         };
         let sine = lanes(&|_, (_, sine)| sine);
         Self {
@@ -53,28 +54,29 @@ impl Rows {
         }
     }
 
-    fn form(&self, group: usize) -> Form {
-        if group < self.polar { Form::POLAR } else { Form::EQUATORIAL }
+    fn argument(&self, group: usize) -> Argument<'_> {
+        let form = if group < self.polar { Form::POLAR } else { Form::EQUATORIAL };
+        Argument { form, y: &self.argument[group] }
     }
 
-    /// The number of groups of four rows.
+    /// The number of groups of eight rows.
     pub(crate) fn groups(&self) -> usize {
         self.sine.len()
     }
 }
 
-/// sums[k] = sum over rows of lambda_k times (E, x O), still in four lanes.
+/// sums[k] = sum over rows of lambda_k times (E, x O), still in eight lanes.
 ///
-/// `columns` holds one group per four rows, O already multiplied by x, weights included. `current` and
-/// `previous` are scratch of one lane per group.
+/// `columns` holds one group per eight rows, O already multiplied by x, weights included. `current` and
+/// `previous` are scratch of one vector per group.
 pub(crate) struct Project<'a> {
     pub(crate) rows: &'a Rows,
     pub(crate) recurrence: &'a LegendreRecurrence,
     pub(crate) degree: usize,
-    pub(crate) columns: &'a [Group],
-    pub(crate) current: &'a mut [F64x4],
-    pub(crate) previous: &'a mut [F64x4],
-    pub(crate) sums: &'a mut [Group],
+    pub(crate) columns: &'a [Group<f64>],
+    pub(crate) current: &'a mut [F64x8],
+    pub(crate) previous: &'a mut [F64x8],
+    pub(crate) sums: &'a mut [Group<f64>],
 }
 
 impl WithSimd for Project<'_> {
@@ -82,10 +84,10 @@ impl WithSimd for Project<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rows, recurrence, degree, columns, mut current, mut previous, sums } = self;
+        let Self { rows, recurrence, degree, columns, current, previous, sums } = self;
         let steps = recurrence.steps();
         let least = least_sine(recurrence.order(), degree);
-        sums.fill([F64x4::ZERO; PARTS]);
+        sums.fill([F64x8::ZERO; PARTS]);
         // The groups nearest the equator come first into range: of a block, those from `first` on take part.
         let mut joins = [0usize; BLOCK];
         for start in (0..rows.groups()).step_by(BLOCK) {
@@ -98,90 +100,142 @@ impl WithSimd for Project<'_> {
                     joins[group - start] = steps.len();
                     continue;
                 }
-                let argument = Argument { form: rows.form(group), y: &rows.argument[group] };
+                let argument = rows.argument(group);
                 let mut entry = enter(simd, recurrence, &rows.sectoral, group, argument, |k, lambda| {
                     accumulate(simd, &mut sums[k], lambda, column);
                 });
-                while entry.step < later.min(steps.len()) {
+                // All join at an even step, since two steps may be taken at once.
+                while entry.step < later.max(entry.step.next_multiple_of(2)).min(steps.len()) {
                     accumulate(simd, &mut sums[entry.step], &entry.current, column);
-                    advance(simd, &mut entry, argument, steps);
+                    entry.advance(simd, argument, steps, f64::INFINITY);
                 }
                 later = entry.step;
                 joins[group - start] = entry.step;
-                // The two states change places with every step.
-                let swapped = entry.step % 2 == 1;
-                current[group] = if swapped { entry.previous } else { entry.current };
-                previous[group] = if swapped { entry.current } else { entry.previous };
+                (current[group], previous[group]) = (entry.current, entry.previous);
             }
 
-            let mut first = end;
-            let polar = rows.polar.clamp(start, end);
-            for (k, step) in steps.iter().enumerate() {
-                while first > start && joins[first - 1 - start] <= k {
-                    first -= 1;
-                }
-                if first < end {
-                    let sum = &mut sums[k];
-                    let a = load(simd, &step.a);
-                    let mut total: [S::f64s; PARTS] = std::array::from_fn(|part| load(simd, &sum[part]));
-                    for (range, form) in
-                        [(first.min(polar)..polar, Form::POLAR), (first.max(polar)..end, Form::EQUATORIAL)]
-                    {
-                        let b = load(simd, step.b(form));
-                        let states = current[range.clone()].iter().zip(&mut previous[range.clone()]);
-                        let inputs = columns[range.clone()].iter().zip(&rows.argument[range]);
-                        for ((now, before), (column, y)) in states.zip(inputs) {
-                            let lambda = load(simd, now);
-                            for part in 0..PARTS {
-                                total[part] =
-                                    simd.mul_add_f64s(lambda, load(simd, &column[part]), total[part]);
+            let mut sweep = Sweep {
+                rows,
+                columns,
+                current: &mut *current,
+                previous: &mut *previous,
+                joins: &joins,
+                start,
+                end,
+            };
+            for r in 0..registers::<S>() {
+                if registers::<S>() == 1 {
+                    for (k, (steps, sums)) in steps.chunks(2).zip(sums.chunks_mut(2)).enumerate() {
+                        match (steps, sums) {
+                            ([first, second], [first_sum, second_sum]) => {
+                                sweep.run(simd, r, 2 * k, [first, second], [first_sum, second_sum]);
                             }
-                            let factor = simd.mul_add_f64s(a, load(simd, y), b);
-                            store(simd, simd.mul_add_f64s(factor, lambda, load(simd, before)), before);
+                            ([step], [sum]) => sweep.run(simd, r, 2 * k, [step], [sum]),
+                            _ => {}
                         }
                     }
-                    for part in 0..PARTS {
-                        store(simd, total[part], &mut sum[part]);
+                } else {
+                    for (k, (step, sum)) in steps.iter().zip(&mut *sums).enumerate() {
+                        sweep.run(simd, r, k, [step], [sum]);
                     }
                 }
-                std::mem::swap(&mut current, &mut previous);
             }
-            if steps.len() % 2 == 1 {
-                std::mem::swap(&mut current, &mut previous);
+        }
+    }
+}
+
+/// The rows of one block, whose states go from step to step.
+struct Sweep<'a> {
+    rows: &'a Rows,
+    columns: &'a [Group<f64>],
+    current: &'a mut [F64x8],
+    previous: &'a mut [F64x8],
+    joins: &'a [usize; BLOCK],
+    start: usize,
+    end: usize,
+}
+
+impl Sweep<'_> {
+    /// Adds the terms of the steps from k on to their sums.
+    #[inline(always)]
+    fn run<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        r: usize,
+        k: usize,
+        steps: [&Step; N],
+        sums: [&mut Group<f64>; N],
+    ) {
+        let Self { rows, columns, current, previous, joins, start, end } = self;
+        let first = *end - joins[..*end - *start].iter().rev().take_while(|&&join| join <= k).count();
+        if first == *end {
+            return;
+        }
+        let zero = simd.splat_f64s(0.0);
+        let mut totals = [[zero; PARTS]; N];
+        let mut a = [zero; N];
+        for i in 0..N {
+            a[i] = load8(simd, &steps[i].a, r);
+            for part in 0..PARTS {
+                totals[i][part] = load8(simd, &sums[i][part], r);
+            }
+        }
+        let polar = rows.polar.clamp(first, *end);
+        for (range, form) in [(first..polar, Form::POLAR), (polar..*end, Form::EQUATORIAL)] {
+            let mut b = [zero; N];
+            for i in 0..N {
+                b[i] = load8(simd, steps[i].b(form), r);
+            }
+            let states = current[range.clone()].iter_mut().zip(&mut previous[range.clone()]);
+            let inputs = columns[range.clone()].iter().zip(&rows.argument[range]);
+            for ((now, before), (column, y)) in states.zip(inputs) {
+                let y = load8(simd, y, r);
+                let (mut lambda, mut earlier) = (load8(simd, now, r), load8(simd, before, r));
+                let mut lambdas = [zero; N];
+                for i in 0..N {
+                    lambdas[i] = lambda;
+                    let next = simd.mul_add_f64s(simd.mul_add_f64s(a[i], y, b[i]), lambda, earlier);
+                    (lambda, earlier) = (next, lambda);
+                }
+                for part in 0..PARTS {
+                    let value = load8(simd, &column[part], r);
+                    for i in 0..N {
+                        totals[i][part] = simd.mul_add_f64s(lambdas[i], value, totals[i][part]);
+                    }
+                }
+                store8(simd, lambda, now, r);
+                store8(simd, earlier, before, r);
+            }
+        }
+        for i in 0..N {
+            for part in 0..PARTS {
+                store8(simd, totals[i][part], &mut sums[i][part], r);
             }
         }
     }
 }
 
 #[inline(always)]
-fn accumulate<S: Simd>(simd: S, sum: &mut Group, lambda: &F64x4, column: &Group) {
-    let lambda = load(simd, lambda);
-    for part in 0..PARTS {
-        let total = simd.mul_add_f64s(lambda, load(simd, &column[part]), load(simd, &sum[part]));
-        store(simd, total, &mut sum[part]);
+fn accumulate<S: Simd>(simd: S, sum: &mut Group<f64>, lambda: &F64x8, column: &Group<f64>) {
+    for r in 0..registers::<S>() {
+        let lambda = load8(simd, lambda, r);
+        for part in 0..PARTS {
+            let total = simd.mul_add_f64s(lambda, load8(simd, &column[part], r), load8(simd, &sum[part], r));
+            store8(simd, total, &mut sum[part], r);
+        }
     }
 }
 
-#[inline(always)]
-fn advance<S: Simd>(simd: S, entry: &mut Entry, Argument { form, y }: Argument<'_>, steps: &[Step]) {
-    let step = steps[entry.step];
-    let factor = simd.mul_add_f64s(load(simd, &step.a), load(simd, y), load(simd, step.b(form)));
-    let next = simd.mul_add_f64s(factor, load(simd, &entry.current), load(simd, &entry.previous));
-    entry.previous = entry.current;
-    store(simd, next, &mut entry.current);
-    entry.step += 1;
-}
-
 /// columns = sum over k of lambda_k times terms[k]; O comes out multiplied by x.
-pub(crate) struct Evaluate<'a> {
+pub(crate) struct Evaluate<'a, T> {
     pub(crate) rows: &'a Rows,
     pub(crate) recurrence: &'a LegendreRecurrence,
     pub(crate) degree: usize,
     pub(crate) terms: &'a [[f64; PARTS]],
-    pub(crate) columns: &'a mut [Group],
+    pub(crate) columns: &'a mut [Group<T>],
 }
 
-impl WithSimd for Evaluate<'_> {
+impl<T: Sample> WithSimd for Evaluate<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -189,51 +243,68 @@ impl WithSimd for Evaluate<'_> {
         let Self { rows, recurrence, degree, terms, columns } = self;
         let steps = recurrence.steps();
         let least = least_sine(recurrence.order(), degree);
-        let mut lambda = [F64x4::ZERO; CHUNK];
-        for (group, column) in columns.iter_mut().enumerate() {
-            *column = [F64x4::ZERO; PARTS];
+        let mut lambda = [F64x8::ZERO; CHUNK];
+        for (group, values) in columns.iter_mut().enumerate() {
+            *values = [Vector8::ZERO; PARTS];
             let sine = &rows.sine[group];
             if sine.0[LANES - 1] < least {
                 continue;
             }
-            let argument = Argument { form: rows.form(group), y: &rows.argument[group] };
+            let mut column = [F64x8::ZERO; PARTS];
+            let argument = rows.argument(group);
             let entry = enter(simd, recurrence, &rows.sectoral, group, argument, |k, lambda| {
-                let lambda = load(simd, lambda);
-                for part in 0..PARTS {
-                    let total = load(simd, &column[part]);
-                    store(
-                        simd,
-                        simd.mul_add_f64s(lambda, simd.splat_f64s(terms[k][part]), total),
-                        &mut column[part],
-                    );
+                for r in 0..registers::<S>() {
+                    let lambda = load8(simd, lambda, r);
+                    for part in 0..PARTS {
+                        let total = load8(simd, &column[part], r);
+                        let total = simd.mul_add_f64s(lambda, simd.splat_f64s(terms[k][part]), total);
+                        store8(simd, total, &mut column[part], r);
+                    }
                 }
             });
-            // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in
-            // registers.
-            let (mut current, mut previous) = (load(simd, &entry.current), load(simd, &entry.previous));
-            let (y, cosine) = (load(simd, argument.y), load(simd, &rows.cosine[group]));
-            let (even_column, odd_column) = column.split_at_mut(ODD);
-            let mut even: [S::f64s; ODD] = std::array::from_fn(|part| load(simd, &even_column[part]));
-            let mut odd: [S::f64s; ODD] = std::array::from_fn(|part| load(simd, &odd_column[part]));
-            for (terms, steps) in terms[entry.step..].chunks(CHUNK).zip(steps[entry.step..].chunks(CHUNK)) {
-                for ((term, step), lambda) in terms.iter().zip(steps).zip(&mut lambda) {
-                    store(simd, current, lambda);
-                    for part in 0..ODD {
-                        even[part] = simd.mul_add_f64s(current, simd.splat_f64s(term[part]), even[part]);
-                    }
-                    let factor = simd.mul_add_f64s(load(simd, &step.a), y, load(simd, step.b(argument.form)));
-                    (current, previous) = (simd.mul_add_f64s(factor, current, previous), current);
+            for r in 0..registers::<S>() {
+                // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in
+                // registers.
+                let (mut current, mut previous) =
+                    (load8(simd, &entry.current, r), load8(simd, &entry.previous, r));
+                let (y, cosine) = (load8(simd, argument.y, r), load8(simd, &rows.cosine[group], r));
+                let mut even = [simd.splat_f64s(0.0); ODD];
+                let mut odd = even;
+                for part in 0..ODD {
+                    even[part] = load8(simd, &column[part], r);
+                    odd[part] = load8(simd, &column[ODD + part], r);
                 }
-                for (term, lambda) in terms.iter().zip(&lambda) {
-                    let lambda = load(simd, lambda);
-                    for part in 0..ODD {
-                        odd[part] = simd.mul_add_f64s(lambda, simd.splat_f64s(term[ODD + part]), odd[part]);
+                let chunks = terms[entry.step..].chunks(CHUNK).zip(steps[entry.step..].chunks(CHUNK));
+                for (terms, steps) in chunks {
+                    for ((term, step), lambda) in terms.iter().zip(steps).zip(&mut lambda) {
+                        store8(simd, current, lambda, r);
+                        for part in 0..ODD {
+                            even[part] = simd.mul_add_f64s(current, simd.splat_f64s(term[part]), even[part]);
+                        }
+                        let factor = simd.mul_add_f64s(
+                            load8(simd, &step.a, r),
+                            y,
+                            load8(simd, step.b(argument.form), r),
+                        );
+                        (current, previous) = (simd.mul_add_f64s(factor, current, previous), current);
                     }
+                    for (term, lambda) in terms.iter().zip(&lambda) {
+                        let lambda = load8(simd, lambda, r);
+                        for part in 0..ODD {
+                            let term = simd.splat_f64s(term[ODD + part]);
+                            odd[part] = simd.mul_add_f64s(lambda, term, odd[part]);
+                        }
+                    }
+                }
+                for part in 0..ODD {
+                    store8(simd, even[part], &mut column[part], r);
+                    store8(simd, simd.mul_f64s(odd[part], cosine), &mut column[ODD + part], r);
                 }
             }
-            for part in 0..ODD {
-                store(simd, even[part], &mut even_column[part]);
-                store(simd, simd.mul_f64s(odd[part], cosine), &mut odd_column[part]);
+            for (to, from) in values.iter_mut().zip(&column) {
+                for lane in 0..LANES {
+                    to.0[lane] = T::from_f64(from.0[lane]);
+                }
             }
         }
     }

@@ -2,9 +2,10 @@ use sphere::{DVec3, LatLong};
 
 use super::sums::{Evaluate, ODD, PARTS, Project, Rows};
 use super::*;
-use crate::f64x4::{F64x4, LANES, SimdLevel};
+use crate::f64x4::SimdLevel;
 use crate::legendre::LegendreRecurrence;
 use crate::quadrature;
+use crate::vector::{F64x8, LANES};
 use test_data::reference;
 
 use crate::testkit::{Noise, harmonics, legendre, relative_error};
@@ -249,18 +250,77 @@ fn results_are_bit_identical_for_any_number_of_threads() {
     }
 }
 
+/// The levels of this machine.
+fn levels() -> Vec<SimdLevel> {
+    let mut levels = vec![SimdLevel::detect(), SimdLevel::Portable];
+    #[cfg(target_arch = "x86_64")]
+    levels.extend(pulp::x86::V3::try_new().map(SimdLevel::V3));
+    levels
+}
+
 #[test]
 fn every_level_gives_the_same_transform_to_the_last_bit() {
-    // Weights and rows resampled; a width with a large prime factor.
-    for (width, height, l) in [(258, 129, 128), (128, 128, 30), (134, 65, 40)] {
-        let expected = Noise::new(13).expansion(l);
-        let [best, portable] = [SimdLevel::detect(), SimdLevel::Portable].map(|level| {
-            let transform = Transform::at_level(level, lat_long(width, height), degree(l)).unwrap();
-            let pixels: Vec<[f64; 3]> = transform.synthesise(&expected);
-            (transform.analyse(&pixels), pixels)
-        });
-        assert!(best == portable, "{width}x{height} degree {l}");
+    fn results<T: Sample + PartialEq>(
+        level: SimdLevel,
+        grid: Grid,
+        f: &Expansion,
+    ) -> (Expansion, Vec<[T; 3]>) {
+        let transform = Transform::at_level(level, grid, f.degree()).unwrap();
+        let pixels: Vec<[T; 3]> = transform.synthesise(f);
+        (transform.analyse(&pixels), pixels)
     }
+    // Weights and rows resampled; a width with a large prime factor; rows split.
+    for (width, height, l) in [(258, 129, 128), (128, 128, 30), (134, 65, 40), (134, 65, 64), (120, 70, 5)] {
+        let (grid, f) = (lat_long(width, height), Noise::new(13).expansion(l));
+        let expected = results::<f64>(SimdLevel::Portable, grid.clone(), &f);
+        let expected_single = results::<f32>(SimdLevel::Portable, grid.clone(), &f);
+        for level in levels() {
+            let name = format!("{width}x{height} degree {l} {level:?}");
+            assert!(results(level, grid.clone(), &f) == expected, "{name}");
+            assert!(results(level, grid.clone(), &f) == expected_single, "{name}");
+        }
+    }
+}
+
+/// Pixels in single precision make an error of 1e-6 of the largest value at most, whatever the image: noise,
+/// or a sun of a few pixels that is 1e4 times as bright as the mean.
+#[test]
+fn single_precision_errs_by_a_millionth_of_the_largest_value() {
+    let mut worst = [0.0f64; 2];
+    for (width, height, degrees) in [
+        (1024, 512, &[0usize, 2, 30, 127, 255, 511] as &[_]),
+        (1021, 509, &[30, 254, 508]),
+        (1000, 500, &[30, 249, 499]),
+        (134, 67, &[30, 66]),
+    ] {
+        let mut noise = Noise::new(21);
+        let noisy: Vec<[f32; 3]> = (0..width * height).map(|_| noise.rgb().map(|v| v.abs() as f32)).collect();
+        // At the pole, in mid-latitudes and on the equator, where lambda is largest beside P_lm.
+        let suns = [0, height / 4, height / 2].map(|row| {
+            let mut pixels = noisy.clone();
+            for (row, column) in [(row, 77), (row, 78), (row + 1, 77)] {
+                pixels[row * width + column] = [1e4, 0.7e4, 0.4e4];
+            }
+            pixels
+        });
+        for &l in degrees {
+            let transform = Transform::new(lat_long(width, height), degree(l)).unwrap();
+            for pixels in suns.iter().chain([&noisy]) {
+                let doubles: Vec<_> = pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
+                let expected = transform.analyse(&doubles);
+                let found = transform.analyse(pixels);
+                let error = relative_error(found.coefficients(), expected.coefficients());
+                let image: Vec<[f64; 3]> = transform.synthesise(&expected);
+                let single: Vec<[f32; 3]> = transform.synthesise(&expected);
+                let single: Vec<_> = single.iter().map(|pixel| pixel.map(f64::from)).collect();
+                let error_of_image = relative_error(&single, &image);
+                worst = [worst[0].max(error), worst[1].max(error_of_image)];
+                println!("{width}x{height} degree {l}: {error:.1e} {error_of_image:.1e}");
+                assert!(error < 1e-6 && error_of_image < 1e-6, "{width}x{height} degree {l}");
+            }
+        }
+    }
+    println!("largest errors of coefficients and of pixels: {:.1e} {:.1e}", worst[0], worst[1]);
 }
 
 #[test]
@@ -317,9 +377,9 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
         } else {
             terms[k][ODD] = recurrence.odd(k);
         }
-        let mut columns = vec![[F64x4::ZERO; PARTS]; rows.groups()];
+        let mut columns = vec![[F64x8::ZERO; PARTS]; rows.groups()];
         let level = SimdLevel::detect();
-        level.run(Evaluate {
+        level.run_wide(Evaluate {
             rows: &rows,
             recurrence: &recurrence,
             degree: l_max,
@@ -345,10 +405,10 @@ fn legendre_functions_of_degree_2048_are_finite_and_orthonormal() {
             let x = if odd { rows.cosine[group].0[lane] } else { 1.0 };
             columns[group][part].0[lane] *= weight * x;
         }
-        let mut scratch = [(); 2].map(|()| vec![F64x4::ZERO; rows.groups()]);
+        let mut scratch = [(); 2].map(|()| vec![F64x8::ZERO; rows.groups()]);
         let [current, previous] = &mut scratch;
-        let mut sums = vec![[F64x4::ZERO; PARTS]; steps];
-        level.run(Project {
+        let mut sums = vec![[F64x8::ZERO; PARTS]; steps];
+        level.run_wide(Project {
             rows: &rows,
             recurrence: &recurrence,
             degree: l_max,

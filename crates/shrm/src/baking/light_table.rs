@@ -142,8 +142,18 @@ impl LightTable {
 
     /// The values of a disk at a node of the angle and one of the azimuth, which is even and goes around.
     fn node(&self, disk: usize, angle: usize, azimuth: isize) -> &[F32x8] {
+        self.of_azimuth(disk, angle, self.folded(azimuth))
+    }
+
+    /// The azimuth of the table that is the same as another.
+    #[inline(always)]
+    fn folded(&self, azimuth: isize) -> usize {
         let folded = azimuth.rem_euclid(2 * AZIMUTHS as isize) as usize;
-        let azimuth = folded.min(2 * AZIMUTHS - folded).min(self.azimuths - 1);
+        folded.min(2 * AZIMUTHS - folded).min(self.azimuths - 1)
+    }
+
+    #[inline(always)]
+    fn of_azimuth(&self, disk: usize, angle: usize, azimuth: usize) -> &[F32x8] {
         &self.disks[disk].values[(angle * self.azimuths + azimuth) * self.vectors..][..self.vectors]
     }
 }
@@ -220,6 +230,9 @@ impl WithSimd for AddLights<'_> {
         let into_local = frame(central).matrix().transpose();
         let mut sums = vec![F32x8::ZERO; azimuths * table.vectors];
         let mut fluxes = vec![F32x8::ZERO; table.vectors];
+        let of_views = (0..views.quarter.len()).flat_map(|j| views.azimuths(j)).collect::<Vec<_>>();
+        // Of each azimuth: the nodes beside it, and the part of the way from one to the other.
+        let mut places = vec![([0; 2], 0.0_f32); of_views.len()];
         for lamp in lamps {
             let direction = Direction::normalised(into_local * lamp.direction);
             let (k, next) = place(&table.angles, direction.theta());
@@ -234,22 +247,34 @@ impl WithSimd for AddLights<'_> {
             for (channel, flux) in lamp.flux.into_iter().enumerate() {
                 (channel * rows..(channel + 1) * rows).for_each(|at| fluxes[at / LANES].0[at % LANES] = flux);
             }
-            for (disk, of_disk) in lamp.disks.into_iter().filter(|(_, share)| *share > 0.0) {
-                let of_azimuths = (0..views.quarter.len()).flat_map(|j| views.azimuths(j));
-                for (azimuth, sums) in of_azimuths.zip(sums.chunks_exact_mut(table.vectors)) {
-                    let step = (azimuth - turn) / PI * AZIMUTHS as f64;
-                    let (below, part) = (step.floor() as isize, (step - step.floor()) as f32);
-                    let corners = [(k, below), (k, below + 1), (k + 1, below), (k + 1, below + 1)];
-                    let [a, b, c, d] = corners.map(|(k, step)| table.node(disk, k, step));
+            for (place, azimuth) in places.iter_mut().zip(&of_views) {
+                let step = (azimuth - turn) / PI * AZIMUTHS as f64;
+                let below = step.floor();
+                let nodes = [table.folded(below as isize), table.folded(below as isize + 1)];
+                *place = (nodes, (step - below) as f32);
+            }
+            for (disk, of_disk) in lamp.disks {
+                if of_disk <= 0.0 {
+                    continue;
+                }
+                for (([below, above], part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors))
+                {
+                    let (a, b) = (table.of_azimuth(disk, k, *below), table.of_azimuth(disk, k, *above));
+                    let (c, d) =
+                        (table.of_azimuth(disk, k + 1, *below), table.of_azimuth(disk, k + 1, *above));
                     let [near, far] = [of_disk * (1.0 - next), of_disk * next];
                     let weights = [near * (1.0 - part), near * part, far * (1.0 - part), far * part];
-                    let weights = weights.map(|weight| simd.splat_f32s(weight));
+                    let [first, second, third, fourth] = weights;
+                    let first = simd.splat_f32s(first);
+                    let second = simd.splat_f32s(second);
+                    let third = simd.splat_f32s(third);
+                    let fourth = simd.splat_f32s(fourth);
                     let values = a.iter().zip(b).zip(c.iter().zip(d));
                     for ((sum, flux), ((a, b), (c, d))) in sums.iter_mut().zip(&fluxes).zip(values) {
-                        let mut value = simd.mul_f32s(weights[0], load(simd, a));
-                        value = simd.mul_add_f32s(weights[1], load(simd, b), value);
-                        value = simd.mul_add_f32s(weights[2], load(simd, c), value);
-                        value = simd.mul_add_f32s(weights[3], load(simd, d), value);
+                        let mut value = simd.mul_f32s(first, load(simd, a));
+                        value = simd.mul_add_f32s(second, load(simd, b), value);
+                        value = simd.mul_add_f32s(third, load(simd, c), value);
+                        value = simd.mul_add_f32s(fourth, load(simd, d), value);
                         store(simd, simd.mul_add_f32s(value, load(simd, flux), load(simd, sum)), sum);
                     }
                 }

@@ -49,8 +49,9 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Result<Vec<[f3
         }
     }
     // One pair after the other: its series take more memory than its faces.
+    let mut buffers = Buffers::new(plan, cube);
     for faces in &PAIRS {
-        let pair = Pair::new(plan, faces, cube)?;
+        let pair = Pair::new(plan, faces, cube, &mut buffers)?;
         blocks.par_iter_mut().with_max_len(1).try_for_each(|block| {
             plan.stop.check()?;
             plan.level.run(Columns { block, pair: &pair });
@@ -85,23 +86,49 @@ const PAIRS: [Faces; 3] = [
     },
 ];
 
+/// The memory for one pair of faces, which all pairs use: each writes the same places.
+struct Buffers {
+    /// Rows alpha_i = pi (i + 1/2) / (F + 1), the southern half from the last row upward.
+    north: Vec<f64>,
+    south: Vec<f64>,
+    /// t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
+    /// sin(k alpha).
+    terms: Vec<f64>,
+    across: Vec<f64>,
+}
+
+impl Buffers {
+    fn new(plan: &SynthesisPlan<'_>, cube: Cube) -> Self {
+        let count = plan.f + 1;
+        let rows = count.div_ceil(2) * plan.series();
+        Self {
+            north: vec![0.0; rows],
+            south: vec![0.0; rows],
+            terms: vec![0.0; plan.fourier.len() * count * plan.padded],
+            across: vec![0.0; count * cube.edge.div_ceil(2) * 4 * plan.padded],
+        }
+    }
+}
+
 /// The field around a pair of faces.
 struct Pair<'a> {
     faces: &'a Faces,
     /// The sums over m of t_km at the azimuth of each column of the left half, shape [F + 1, columns, 4
     /// parts, padded values].
-    across: Vec<f64>,
+    across: &'a [f64],
 }
 
 impl<'a> Pair<'a> {
-    fn new(plan: &SynthesisPlan<'_>, faces: &'a Faces, cube: Cube) -> Result<Self, Stopped> {
+    fn new(
+        plan: &SynthesisPlan<'_>,
+        faces: &'a Faces,
+        cube: Cube,
+        buffers: &'a mut Buffers,
+    ) -> Result<Self, Stopped> {
         plan.stop.check()?;
         let lighting: Expansion = rotate(plan.reflection.lighting(), (faces.turn)());
         let count = plan.f + 1;
-        let half = count.div_ceil(2);
-        // Rows alpha_i = pi (i + 1/2) / (F + 1), the southern half from the last row upward.
-        let mut north = vec![0.0; half * plan.series()];
-        let mut south = vec![0.0; half * plan.series()];
+        let Buffers { north, south, terms, across } = buffers;
         let chunk = LANES * plan.series();
         let chunks = north.par_chunks_mut(chunk).zip(south.par_chunks_mut(chunk));
         chunks.enumerate().try_for_each(|(task, (north, south))| {
@@ -112,10 +139,7 @@ impl<'a> Pair<'a> {
             plan.level.run(Rows { plan, lighting: &lighting, alphas: &alphas, north, south });
             Ok(())
         })?;
-        // t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
-        // sin(k alpha).
         let width = count * plan.padded;
-        let mut terms = vec![0.0; plan.fourier.len() * width];
         let waves = Waves::new(count);
         let mut odd_orders = vec![false; plan.fourier.len()];
         for m in (1..=plan.f).step_by(2) {
@@ -125,7 +149,7 @@ impl<'a> Pair<'a> {
         let orders = terms.par_chunks_mut(width).zip(odd_orders).enumerate();
         orders.try_for_each(|(place, (terms, odd))| {
             plan.stop.check()?;
-            let rows = [&*north, &*south];
+            let rows = [&north[..], &south[..]];
             plan.level.run(Colatitude { plan, waves: &waves, rows, place, odd, terms });
             Ok(())
         })?;
@@ -135,7 +159,6 @@ impl<'a> Pair<'a> {
             let top = cube.direction(Face::PositiveZ, 0, column);
             plan.fourier.angle(math::sin_cos(top.phi()), beta);
         }
-        let mut across = vec![0.0; count * columns * 4 * plan.padded];
         let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
         of_k.try_for_each(|(k, across)| {
             plan.stop.check()?;

@@ -66,10 +66,10 @@
 use brdf::{BrdfCoefficients, Material};
 use containers::tensors;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, parameters};
-use sh::Lighting;
-use shrm::degrees::{BLACK_SHARE, Cut};
-use shrm::ringing::{CutError, CutStudy, Samples};
-use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection, Terms};
+use sh::{Expansion, Lighting, Stop, Stopped};
+use shrm::degrees::{BLACK_SHARE, Cut, ForLight};
+use shrm::ringing::{CutError, CutStudy};
+use shrm::{DegreeRule, Lamps, MOST_P, MapTolerance, Reflection, Terms, TurnedLight};
 
 use super::degree_choice::{ACCEPT, Accept, DegreeChoice, MAX_P, missed};
 use crate::values::{UntilStopped, Window, about, artifacts, percent};
@@ -168,22 +168,35 @@ impl Kind for Convolve {
         let reflection = match &brdf.material {
             Some(material) if brdf.for_light => {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };
-                let steps = Steps::new(reporter, searches * shrm::degrees::STEPS);
-                let (reflection, cut) = steps.until_stopped(|stop| {
-                    Reflection::for_light_by(rule, lighting, &brdf.coefficients, material, stop)
+                let steps = Steps::new(reporter, 2 * searches * shrm::degrees::STEPS);
+                let light = context.inputs.digest("lighting")?;
+                let turned = |series: &Expansion, brdf: &BrdfCoefficients, stop: Stop<'_>| {
+                    let numbers = TurnedLight::degrees(series, brdf).map(|degree| degree.get() as u64);
+                    context.derived.get("turned light", light, &numbers, || {
+                        let turned = TurnedLight::serving(series, brdf, stop)?;
+                        let bytes = turned.bytes();
+                        Ok((turned, bytes))
+                    })
+                };
+                let found = steps.until_stopped(|stop| {
+                    let turned = |series: &_, brdf: &_| turned(series, brdf, stop);
+                    Reflection::for_light_by(rule, (lighting, &turned), &brdf.coefficients, material, stop)
                 })?;
+                let (reflection, cut) = (&found.reflection, found.cut);
                 reporter.note(format!(
                     "{}; {}{}",
-                    degrees(&reflection, cut.f.get()),
+                    degrees(reflection, cut.f.get()),
                     lost(&cut, rule),
-                    beside(&reflection)
+                    beside(reflection)
                 ));
                 if let Some(rule) = rule.filter(|_| !cut.map.is_met) {
                     reporter.warn(missed(rule, &cut.map));
                 }
                 let reflection = if given.is_none() && rule.is_none() && cut.shows() {
-                    let whole = whole(lighting, &brdf.coefficients, material);
-                    let (reflection, error) = least_window(reflection, &whole, dark, reporter)?;
+                    let (reflection, error) = reporter.until_stopped(|stop| {
+                        let turned = turned(&lighting.series, &brdf.coefficients, stop)?;
+                        least_window(&found, &turned, dark, reporter, stop)
+                    })?;
                     if error.negative > NEGATIVE || error.p95 > RING {
                         reporter.warn(format!(
                             "the highest degrees are too low for a highlight this sharp: {}; a larger \
@@ -194,13 +207,14 @@ impl Kind for Convolve {
                     }
                     reflection
                 } else {
-                    windowed(&reflection)
+                    windowed(reflection)
                 };
                 match material.split().zip(brdf.parts.as_ref()) {
                     Some(([diffuse, specular], parts)) => {
                         let parts = [(&parts[0], &diffuse), (&parts[1], &specular)];
-                        let (parts, cut) = steps.until_stopped(|stop| {
-                            Reflection::parts_for_light_by(rule, lighting, parts, stop)
+                        let ForLight { reflection: parts, cut, .. } = steps.until_stopped(|stop| {
+                            let turned = |series: &_, brdf: &_| turned(series, brdf, stop);
+                            Reflection::parts_for_light_by(rule, (lighting, &turned), parts, stop)
                         })?;
                         let parts = parts.map(|part| windowed(&part));
                         let [diffuse, specular] =
@@ -262,35 +276,26 @@ fn at_named_degrees(lighting: &Lighting, brdf: &tensors::Brdf, reporter: &Report
     }
 }
 
-/// The reflection without a cut: the lamps are beside it.
-fn whole(lighting: &Lighting, brdf: &BrdfCoefficients, material: &Material) -> Reflection {
-    Reflection::convolve(&lighting.series, brdf)
-        .with_lamps(Lamps { lights: lighting.lights.clone(), material: material.clone() })
-}
-
 /// The reflection with the weakest window that takes it nearer to the one that is not cut, and its error.
 fn least_window(
-    reflection: Reflection,
-    whole: &Reflection,
+    found: &ForLight<Reflection>,
+    turned: &TurnedLight,
     dark: f64,
     reporter: &Reporter,
-) -> Result<(Reflection, CutError), Failure> {
-    let right = samples(whole, reporter)?;
-    let (mut best, mut least) = (reflection.clone(), samples(&reflection, reporter)?.error(&right, dark));
-    for (name, window) in WINDOWS {
-        let windowed = reflection.windowed(window);
-        let error = samples(&windowed, reporter)?.error(&right, dark);
+    stop: Stop<'_>,
+) -> Result<(Reflection, CutError), Stopped> {
+    let windows = [sh::Window::None].into_iter().chain(WINDOWS.map(|(_, window)| window));
+    let samples = found.samples(&windows.collect::<Vec<_>>(), turned, stop)?;
+    let mut errors = samples.iter().map(|samples| samples.error(&found.uncut, dark));
+    let (mut best, mut least) = (None, errors.next().unwrap_or_default());
+    for ((name, window), error) in WINDOWS.into_iter().zip(errors) {
         if error.p95 < least.p95 && error.p99 < least.p99 {
             reporter.note(format!("window {name}: 95 % of views are within {:.3} stops", error.p95));
-            (best, least) = (windowed, error);
+            (best, least) = (Some(window), error);
         }
     }
-    Ok((best, least))
-}
-
-/// The samples of a reflection, unless the item is stopped.
-fn samples(reflection: &Reflection, reporter: &Reporter) -> Result<Samples, Failure> {
-    reporter.until_stopped(|stop| reflection.samples(stop))
+    let reflection = &found.reflection;
+    Ok((best.map_or_else(|| reflection.clone(), |window| reflection.windowed(window)), least))
 }
 
 /// Warns if a cut at degrees of the manifest shows, with the remedy that helps most.
@@ -387,7 +392,7 @@ fn degrees(reflection: &Reflection, asked: usize) -> String {
 #[cfg(test)]
 mod tests {
     use brdf::{BrdfCoefficients, Centre};
-    use sh::{Degree, Expansion};
+    use sh::Degree;
 
     use super::*;
 

@@ -174,8 +174,8 @@ fn files(
     let pictures = parameters.pictures();
     let grid = pictures.grid();
     let pixels = match parameters.lamps {
-        LampsName::Baked => texels(reflection, plain, grid)?,
-        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid)?,
+        LampsName::Baked => texels(reflection, plain, grid, &context.derived)?,
+        LampsName::Separate => texels(&reflection.clone().without_lamps(), plain, grid, &context.derived)?,
     };
     reporter.check_cancelled()?;
     report_negatives(parameters.format, &pixels, reporter);

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use engine::{Artifact, Context, Failure, Port, Reporter, Steps};
 use sh::Degree;
 use shrm::{
-    BAKED_AT_ONCE, ByteBudget, DegreeRule, MapContent, MapDegree, MapGrid, MapLayout, MapTolerance,
-    Reflection, Shrm, Terms, View,
+    BAKED_AT_ONCE, ByteBudget, DegreeRule, LampTables, MapContent, MapDegree, MapGrid, MapLayout,
+    MapTolerance, Reflection, Shrm, Terms, View,
 };
 use sphere::{Cube, LatLong};
 
@@ -144,7 +144,8 @@ impl MapInput {
         steps: &Steps<'_>,
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let reporter = steps.reporter();
-        let p = self.degree(reflection, part, reporter)?;
+        let mut tables = LampTables::default();
+        let p = self.degree(reflection, part, &mut tables, reporter)?;
         let cut = reflection.cut_in_view(p);
         let (grid, error_note, missed) = self.grid(&cut, p);
         missed.into_iter().for_each(|missed| reporter.warn(missed));
@@ -154,7 +155,8 @@ impl MapInput {
                 let soft = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
-                let local = steps.until_stopped(|stop| reflection.bake_texels(&soft, p, &texels, stop))?;
+                let local = steps
+                    .until_stopped(|stop| reflection.bake_texels(&soft, p, &texels, &mut tables, stop))?;
                 if view == View::Global { local.to_global() } else { local }
             }
             LampsName::Baked | LampsName::Separate => {
@@ -174,7 +176,7 @@ impl MapInput {
         part: PartOfMaterial<'_>,
         reporter: &Reporter,
     ) -> Result<MapShape, Failure> {
-        let p = self.chosen_degree(reflection, part, reporter)?.p;
+        let p = self.chosen_degree(reflection, part, &mut LampTables::default(), reporter)?.p;
         let (grid, ..) = self.grid(&reflection.cut_in_view(p), p);
         Ok(MapShape { grid, view: self.view.unwrap_or(View::Local), p })
     }
@@ -185,10 +187,11 @@ impl MapInput {
         &self,
         reflection: &Reflection,
         part: PartOfMaterial<'_>,
+        tables: &mut LampTables,
         reporter: &Reporter,
     ) -> Result<Degree, Failure> {
         let (own, bakes) = (reflection.brdf().p(), self.bakes(reflection));
-        let ChosenDegree { p, found } = self.chosen_degree(reflection, part, reporter)?;
+        let ChosenDegree { p, found } = self.chosen_degree(reflection, part, tables, reporter)?;
         let Some((asked, tolerance, map)) = found else { return Ok(p) };
         if p < own || bakes {
             let lamps = if bakes { " and its lamps" } else { "" };
@@ -215,6 +218,7 @@ impl MapInput {
         &self,
         reflection: &Reflection,
         part: PartOfMaterial<'_>,
+        tables: &mut LampTables,
         reporter: &Reporter,
     ) -> Result<ChosenDegree, Failure> {
         let (own, bakes) = (reflection.brdf().p(), self.bakes(reflection));
@@ -238,8 +242,8 @@ impl MapInput {
         let (rule, content) =
             (DegreeRule { tolerance, ..asked }, MapContent { lamps: self.lamps == LampsName::Baked, base });
         let map = reporter.until_stopped(|stop| match is_chosen {
-            true => reflection.map_degree(content, rule, stop),
-            false => reflection.baked_error(content, own, rule, stop),
+            true => reflection.map_degree(content, rule, tables, stop),
+            false => reflection.baked_error(content, own, rule, tables, stop),
         })?;
         Ok(ChosenDegree { p: map.p, found: Some((asked, tolerance, map)) })
     }

@@ -1,9 +1,9 @@
 //! The pictures of a map with one value for each direction: arranged by a layout, in a picture's container.
 
-use engine::{Context, Failure, choice};
+use engine::{Context, DerivedValues, Digest, Failure, choice};
 use envmap::Image;
 use sh::{Synthesis, synthesise_cube};
-use shrm::{MapGrid, Plain, Reflection};
+use shrm::{DiskMeans, MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
 use crate::values::{Container, Content, Encoding, FileFormat, image};
@@ -102,14 +102,25 @@ impl MapPictures {
 }
 
 /// One map of a reflection, with the lamps beside it, at the texels of a grid.
-pub(crate) fn texels(reflection: &Reflection, plain: Plain, grid: MapGrid) -> Result<Vec<[f32; 3]>, Failure> {
+pub(crate) fn texels(
+    reflection: &Reflection,
+    plain: Plain,
+    grid: MapGrid,
+    derived: &DerivedValues<'_>,
+) -> Result<Vec<[f32; 3]>, Failure> {
     let field = reflection.plain(plain);
     let mut pixels: Vec<[f32; 3]> = match grid {
         MapGrid::LatLong(grid) => Synthesis::new(grid, field.degree())?.synthesise(&field),
         MapGrid::Cube(cube) => synthesise_cube(&field, cube)?,
     };
     if let Some(lamps) = reflection.lamps() {
-        for (pixel, lamps) in pixels.iter_mut().zip(lamps.plain(plain, grid)) {
+        let radii = lamps.lights.iter().flat_map(|light| light.radius.to_le_bytes());
+        let disks = derived.get("means over disks", Digest::of(&radii.collect::<Vec<_>>()), &[], || {
+            let disks = DiskMeans::new(&lamps.lights);
+            let bytes = disks.bytes();
+            Ok::<_, Failure>((disks, bytes))
+        })?;
+        for (pixel, lamps) in pixels.iter_mut().zip(lamps.plain_over(plain, grid, &disks)) {
             (0..3).for_each(|channel| pixel[channel] += lamps[channel]);
         }
     }

@@ -255,11 +255,11 @@ impl Case {
         }
     }
 
-    /// The message of the failure of a run.
+    /// The message of the failure of a run, with paths as Unix has them.
     pub(crate) fn failure(&self) -> String {
         match self.run() {
             Ok(_) => panic!("{} did not fail", self.kind),
-            Err(failure) => failure.to_string(),
+            Err(failure) => test_data::unix_paths(failure.to_string()),
         }
     }
 

@@ -564,9 +564,10 @@ fn a_mesh_has_the_blend_that_was_made_of_it() {
 
 #[test]
 fn the_sample_is_turned_in_all_its_pictures() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
+    let root = engine::canonicalize(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();
     let text = fs::read_to_string(root.join("pipeline.toml")).unwrap();
-    let text = text.replace("\"assets/", &format!("\"{}/assets/", root.display()));
+    let root = root.to_str().unwrap().replace('\\', "/");
+    let text = text.replace("\"assets/", &format!("\"{root}/assets/"));
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("pipeline.toml");
     let catalog = |text: &str| {

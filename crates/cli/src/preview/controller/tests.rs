@@ -60,9 +60,10 @@ struct TestProject {
 impl TestProject {
     fn new(pipeline: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments/studio.exr");
+        let studio =
+            concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/environments/studio.exr").replace('\\', "/");
         let manifest = folder.path().join("pipeline.toml");
-        let text = pipeline.replace("\"STUDIO\"", &format!("'{}'", studio.display()));
+        let text = pipeline.replace("\"STUDIO\"", &format!("'{studio}'"));
         fs::write(&manifest, text).unwrap();
         fs::create_dir(folder.path().join("paint")).unwrap();
         fs::write(folder.path().join("paint/gold.toml"), GOLD).unwrap();
@@ -438,7 +439,7 @@ fn a_saved_picture_is_reported_when_it_is_written() {
     let save = || PreviewMessage::SavePicture(subject.clone(), picture());
     controller.handle_all([save(), save()]);
     for (line, number) in received(&updates).iter().zip([1, 2]) {
-        let file = project.path(&format!("screenshots/gold-sky-sphere-{number}.png"));
+        let file = project.path("screenshots").join(format!("gold-sky-sphere-{number}.png"));
         assert_eq!(*line, format!("toast: saved the picture: {}", file.display()));
         assert!(file.exists());
     }

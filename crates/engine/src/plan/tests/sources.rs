@@ -28,7 +28,7 @@ fn found(files: &str, source: &str) -> String {
     match load(files, &manifest) {
         Ok(plan) => {
             let sources = plan.items.iter().map(|item| path_text(item.source.as_ref().unwrap()));
-            unix_paths(sources.map(|source| format!("{source}\n")).collect::<String>())
+            test_data::unix_paths(sources.map(|source| format!("{source}\n")).collect::<String>())
                 + &shown(&plan.warnings)
         }
         Err(errors) => shown(&errors),

@@ -11,9 +11,6 @@ fn project() -> Project {
     project
 }
 
-/// Why a test is skipped.
-const KEPT: &str = "this system does not remove a folder that is watched";
-
 /// Waits until a watcher has built, and forgets what happened until then.
 fn idle(project: &Project, way: Way) -> Watched<'_> {
     let watched = Watched::new(project, way);

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use engine::{Failure, Reporter};
-use shrm::{Lamps, Reflection, Shrm, Terms, View};
+use shrm::{LampTables, Lamps, Reflection, Shrm, Terms, View};
 use sphere::Direction;
 
 use crate::map::{PlannedMap, ShrmSettings};
@@ -185,7 +185,8 @@ impl SeenPixels<'_> {
             .collect();
         seen.sort_unstable();
         seen.dedup();
-        let map = reporter.until_stopped(|stop| reflection.bake_texels(soft, p, &seen, stop))?;
+        let map = reporter
+            .until_stopped(|stop| reflection.bake_texels(soft, p, &seen, &mut LampTables::default(), stop))?;
         Ok((map, lattice))
     }
 }

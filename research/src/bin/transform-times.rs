@@ -1,0 +1,83 @@
+//! Times the spherical harmonic transform and rotations: medians in milliseconds, as JSON.
+//!
+//! `cargo run --release --manifest-path research/Cargo.toml --bin transform-times -- THREADS`
+//!
+//! Without `THREADS` there is one for each processor. For each case `wall` is the time that passed, and `cpu`
+//! that of all threads together, which says more on a machine that does other things as well. Images have
+//! 1024 x 512 pixels of three channels; `vectors/25` is a million vectors. `research/peers/transforms.py`
+//! compares these times with those of other libraries.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use rustix::time::{ClockId, clock_gettime};
+use serde_json::{Map, Value, json};
+use sh::{Degree, Expansion, RotationMatrix, Transform, rotate_into};
+use sphere::{LatLong, Rotation};
+
+/// Seconds of each case.
+const SECONDS: f64 = 0.3;
+
+/// Vectors that stay in the second-level cache.
+const VECTORS: usize = 4096;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    if let Some(threads) = std::env::args().nth(1) {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.parse()?).build_global()?;
+    }
+    let mut times = Map::new();
+    let grid = LatLong { width: 1024, height: 512 };
+    let mut state = 1u32;
+    let mut sample = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    };
+    let image: Vec<[f32; 3]> = (0..grid.len()).map(|_| std::array::from_fn(|_| sample())).collect();
+    let mut pixels = image.clone();
+    for l in [30, 255, 511] {
+        let transform = Transform::new(grid, Degree::new(l)?)?;
+        let expansion = transform.analyse(&image);
+        let mut analyse = || drop(black_box(transform.analyse(black_box(&image))));
+        times.insert(format!("analysis/{l}"), median(&mut analyse, 1.0));
+        let mut synthesise = || transform.synthesise_into(black_box(&expansion), &mut pixels);
+        times.insert(format!("synthesis/{l}"), median(&mut synthesise, 1.0));
+    }
+    let rotation = Rotation::from_yaw_pitch_roll(0.4, -0.7, 1.9);
+    for l in [64, 256] {
+        let mut lighting = Expansion::zero(Degree::new(l)?);
+        lighting.coefficients_mut().iter_mut().for_each(|row| *row = [0; 3].map(|_| f64::from(sample())));
+        let mut rotated = lighting.clone();
+        let mut rotate = || rotate_into(black_box(&lighting), rotation, &mut rotated);
+        times.insert(format!("rotation/{l}"), median(&mut rotate, 1.0));
+    }
+    let matrix = RotationMatrix::new(rotation, Degree::new(4)?);
+    let vectors: Vec<f32> = (0..25 * VECTORS).map(|_| sample()).collect();
+    let mut rotated = vec![0.0; vectors.len()];
+    let mut rotate = || matrix.apply(black_box(&vectors), &mut rotated);
+    times.insert("vectors/25".to_owned(), median(&mut rotate, 1e6 / VECTORS as f64));
+    println!("{}", Value::Object(times));
+    Ok(())
+}
+
+/// The median of many runs, times a factor.
+fn median(run: &mut dyn FnMut(), factor: f64) -> Value {
+    run();
+    let (mut wall, mut cpu, begun) = (Vec::new(), Vec::new(), Instant::now());
+    while wall.len() < 5 || begun.elapsed().as_secs_f64() < SECONDS {
+        let (start, cpu_start) = (Instant::now(), cpu_seconds());
+        run();
+        wall.push(start.elapsed().as_secs_f64());
+        cpu.push(cpu_seconds() - cpu_start);
+    }
+    let [wall, cpu] = [wall, cpu].map(|mut seconds| {
+        seconds.sort_by(f64::total_cmp);
+        1e3 * factor * seconds[seconds.len() / 2]
+    });
+    json!({ "wall": wall, "cpu": cpu })
+}
+
+/// Seconds that all threads of this process have run.
+fn cpu_seconds() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
