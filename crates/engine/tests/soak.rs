@@ -368,7 +368,11 @@ impl EditedProject {
 
     fn rename(&mut self, from: &Path, to: &Path) {
         self.edits += 1;
-        fs::rename(from, to).unwrap();
+        // On Windows a build that reads the file is in the way for a moment.
+        let deadline = Instant::now() + Duration::from_secs(5);
+        while let Err(error) = fs::rename(from, to) {
+            assert!(cfg!(windows) && Instant::now() < deadline, "{}: {error}", to.display());
+        }
     }
 
     fn remove(&mut self, path: &Path) {

@@ -57,7 +57,8 @@ macro_rules! assert_agree {
                 }
                 bits.add(&found.to_bits().to_le_bytes());
             }
-            if most > ulp || bits.0 != digest {
+            // std of Windows with MinGW errs by hundreds of the last place.
+            if most > ulp && !cfg!(windows) || bits.0 != digest {
                 errors.push(format!("{name}: {most} ulp at {at:?}; digest {:#018x}", bits.0));
             }
         }

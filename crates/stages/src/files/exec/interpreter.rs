@@ -98,6 +98,7 @@ fn started_by_env<'w>(arguments: impl Iterator<Item = &'w str>) -> Option<String
 mod tests {
     use super::*;
 
+    #[cfg(unix)] // Windows has no such paths, and starts no script by its first line
     #[test]
     fn a_first_line_names_an_interpreter() {
         let line =

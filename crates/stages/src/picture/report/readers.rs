@@ -190,7 +190,7 @@ mod tests {
                 lamps.map(|lamps| angles.angles().iter().map(|angle| ring(angle, lamps)).collect());
             assert_eq!(reader.kautz_mccool(&zonal, &angles, rings.as_deref()), expected);
 
-            let texels = texels(&reflection, Plain::Mean, grid).unwrap();
+            let texels = texels(&reflection, Plain::Mean, grid, &engine::DerivedValues::default()).unwrap();
             let look = |central: &Direction| grid.taps(*central).blend(&texels).map(|value| value as f32);
             let expected: Vec<_> = central.iter().map(look).collect();
             let light = lamps.map(|lamps| MeanLobe::plain(&lamps.material, Plain::Mean).of(&lamps.lights));
