@@ -287,7 +287,7 @@ mod tests {
     fn rows_of_every_form_come_back() {
         let rgbe = |bits: u32| f32::from_bits(bits & 0x7f7f_0000);
         let half = |bits: u32| {
-            let magnitude = f32::from_bits((bits & 0x7fff) % 0x7c00 << 13) * HALF_SCALE;
+            let magnitude = f32::from_bits(((bits & 0x7fff) % 0x7c00) << 13) * HALF_SCALE;
             if bits & 0x8000 == 0 { magnitude } else { -magnitude }
         };
         let float = |bits: u32| finite(bits);

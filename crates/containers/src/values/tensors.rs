@@ -7,7 +7,7 @@
 //! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
 //! | `reflection` | `sh` and `rho`, of one degree F; those of its parts; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured; `base_color` [height, width, 3] u8 if previews show a texture | `material`, `base_color` |
-//! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z; in the cache `rows` [bytes] u8 ([`encode_environment_rows`]) | in the cache `width`, `height`, `lengths` |
+//! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z; in the cache `rows` \[bytes\] u8 ([`encode_environment_rows`]) | in the cache `width`, `height`, `lengths` |
 //! | `shrm` | `shrm` [faces, height, width, (P+1)^2, 3] f32, row p*p + p + q; `lights` if they are beside the map | `layout`, `view`, `centre`, `terms`, `lamps` |
 //! | `components` | `components` [K, 6, edge + 2, edge + 2, 3] and `weights` [K, 64, 64] f32; in 8 bits see [`encode_packed_components`]; `lights` as above | `centre`, `components`, `edge`, `frame`, `disc`, `lamps` |
 //! | `prefiltered` | `sh` as above; `level0` [6, edge, edge, 3] f32, `level1` ... | `distribution`; `levels`, JSON: roughness and method of each |
@@ -263,7 +263,7 @@ pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Re
 }
 
 /// An environment as the cache has it, which is smaller than the photograph that it was made from: `rows`
-/// [bytes] u8, the blocks of [`Environment::blocks`] one after the other. The metadata have `width`, `height`
+/// \[bytes\] u8, the blocks of [`Environment::blocks`] one after the other. The metadata have `width`, `height`
 /// and, in JSON, the `lengths` of the blocks in bytes.
 pub fn encode_environment_rows(environment: &Environment) -> Vec<u8> {
     let LatLong { width, height } = environment.grid();

@@ -8,7 +8,7 @@ pub trait Sample: private::Sealed {}
 mod private {
     use std::sync::OnceLock;
 
-    use super::{ForEachSample, PerSample, Sample};
+    use crate::transform::sample::{ForEachSample, PerSample, Sample};
 
     pub trait Sealed: crate::vector::Real {
         fn choose<P: PerSample>(values: &ForEachSample<P>) -> &OnceLock<P::Of<Self>>

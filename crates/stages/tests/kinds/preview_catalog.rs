@@ -564,7 +564,7 @@ fn a_mesh_has_the_blend_that_was_made_of_it() {
 
 #[test]
 fn the_sample_is_turned_in_all_its_pictures() {
-    let root = engine::canonicalize(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();
+    let root = engine::canonicalize(Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap();
     let text = fs::read_to_string(root.join("pipeline.toml")).unwrap();
     let root = root.to_str().unwrap().replace('\\', "/");
     let text = text.replace("\"assets/", &format!("\"{root}/assets/"));
