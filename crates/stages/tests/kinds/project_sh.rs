@@ -15,7 +15,8 @@ fn a_constant_sky_has_one_coefficient() {
     let one = (4.0 * PI).sqrt();
     let mut expected = vec![[0.0; 3]; 25];
     expected[0] = [one, 2.0 * one, 0.5 * one];
-    assert!(difference(lighting.0.series.coefficients(), &expected) < 1e-13);
+    // The error of single precision that the transform states.
+    assert!(difference(lighting.0.series.coefficients(), &expected) < 1e-6 * 2.0 * one);
 }
 
 #[test]
@@ -35,7 +36,7 @@ fn auto_takes_the_least_degree_that_holds_enough() {
 #[test]
 fn without_degree_and_tolerance_the_series_has_all_degrees_of_the_image_and_lamps_are_beside_it() {
     let ran = project("").run().unwrap();
-    assert_eq!(ran.notes[0], "degree 15 holds 100 % of the energy");
+    assert_eq!(ran.notes[0], "degree 15 holds over 99.999 % of the energy");
     let lighting = &ran.artifact::<Lighting>().0;
     assert!(lighting.series.degree().get() == 15 && lighting.lights.is_empty());
 
