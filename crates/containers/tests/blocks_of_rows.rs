@@ -93,7 +93,7 @@ fn radiance_gives_the_pixels_of_the_formula_in_every_order() {
         .collect();
     let written = write_rgbe(&Image::new(SIZE.0, SIZE.1, pixels).unwrap(), None).unwrap().bytes;
     let expected = picture(&written);
-    // The same scanlines, flat, from the bottom and from the right.
+    // A picture without run lengths has its scanlines from the top, from the bottom, or each from the right.
     let [width, height] = [SIZE.0, SIZE.1];
     let mantissas = |rgb: [f32; 3]| {
         let exponent = rgb.iter().fold(0.0_f32, |a, b| a.max(*b)).log2().floor() as i32 + 1;

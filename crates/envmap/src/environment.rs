@@ -17,7 +17,7 @@ use crate::image::Image;
 use crate::lat_long_on_cube::LatLongOnCube;
 use crate::layout::Layout;
 use crate::part::Part;
-use crate::pixels::{CodedRows, Pixels, block_count, block_rows};
+use crate::pixels::{CodedRows, Pixels};
 use crate::resample::{OnCanvas, resample, resample_points};
 use crate::texels::{Texels, Turned};
 
@@ -40,7 +40,7 @@ impl Environment {
     /// The environment whose rows [`Environment::blocks`] gave; `None` if there are not as many blocks as the
     /// grid needs, or a value is not finite.
     pub fn from_blocks(grid: LatLong, blocks: Vec<CodedRows>) -> Option<Self> {
-        let fits = !grid.is_empty() && blocks.len() == block_count(grid.height);
+        let fits = !grid.is_empty() && blocks.len() == CodedRows::count(grid.height);
         (fits && blocks.iter().all(CodedRows::is_finite))
             .then(|| Self { grid, pixels: Pixels::of_blocks(grid.width, grid.height, blocks) })
     }
@@ -207,7 +207,7 @@ impl Environment {
             let at = |row: usize| texels.partition_point(|(texel, _)| (*texel as usize) < row * width);
             &texels[at(rows.start)..at(rows.end)]
         };
-        let is_affected = |block| !within(block_rows(self.grid.height, block)).is_empty();
+        let is_affected = |block| !within(CodedRows::rows(self.grid.height, block)).is_empty();
         let change = |first: usize, pixels: &mut [[f32; 3]]| {
             for (texel, value) in within(first..first + pixels.len() / width) {
                 pixels[*texel as usize - first * width] = *value;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::pixels::{CodedRows, Pixels, block_count};
+use crate::pixels::{CodedRows, Pixels};
 
 /// A picture: RGB values, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,7 @@ impl Image {
     /// A picture of blocks of rows, each of [`CodedRows::HEIGHT`] rows except the last; `None` if it is empty
     /// or there are not as many blocks.
     pub fn from_blocks(width: usize, height: usize, blocks: Vec<CodedRows>) -> Option<Self> {
-        let fits = width > 0 && height > 0 && blocks.len() == block_count(height);
+        let fits = width > 0 && height > 0 && blocks.len() == CodedRows::count(height);
         fits.then(|| Self { width, height, pixels: Pixels::of_blocks(width, height, blocks) })
     }
 
@@ -30,7 +30,7 @@ impl Image {
     /// function gets the first row's number and the pixels of all rows.
     pub(crate) fn changed(mut self, change: impl Fn(usize, &mut [[f32; 3]]) + Sync) -> Self {
         let clean: Vec<bool> =
-            (0..block_count(self.height)).map(|block| self.pixels.is_clean(block)).collect();
+            (0..CodedRows::count(self.height)).map(|block| self.pixels.is_clean(block)).collect();
         self.pixels = self.pixels.changed(|block| !clean[block], change);
         self
     }

@@ -21,6 +21,17 @@ impl CodedRows {
     /// The rows of a block but the last of a picture.
     pub const HEIGHT: usize = 32;
 
+    /// The number of blocks of a picture of `height` rows.
+    pub fn count(height: usize) -> usize {
+        height.div_ceil(Self::HEIGHT)
+    }
+
+    /// The rows of one of the blocks of a picture of `height` rows.
+    pub fn rows(height: usize, block: usize) -> Range<usize> {
+        let first = block.saturating_mul(Self::HEIGHT).min(height);
+        first..first.saturating_add(Self::HEIGHT).min(height)
+    }
+
     /// Encodes rows of `width` pixels.
     ///
     /// # Panics
@@ -53,17 +64,6 @@ impl CodedRows {
     fn decode(&self, width: usize, rows: &mut [[f32; 3]]) {
         row_codec::decode(width, &self.0, rows);
     }
-}
-
-/// The number of blocks of a picture.
-pub(crate) fn block_count(height: usize) -> usize {
-    height.div_ceil(CodedRows::HEIGHT)
-}
-
-/// The rows of a block.
-pub(crate) fn block_rows(height: usize, block: usize) -> Range<usize> {
-    let first = block * CodedRows::HEIGHT;
-    first..(first + CodedRows::HEIGHT).min(height)
 }
 
 /// The pixels of a picture, row by row from the top.
@@ -123,7 +123,7 @@ impl Pixels {
         }
         // Whole blocks, of which the rows are a part.
         let first = rows.start / CodedRows::HEIGHT;
-        let last = block_count(rows.end).max(first);
+        let last = CodedRows::count(rows.end).max(first);
         let from = first * CodedRows::HEIGHT;
         let until = (last * CodedRows::HEIGHT).min(*height);
         scratch.resize((until - from) * width, [0.0; 3]);
@@ -141,10 +141,10 @@ impl Pixels {
     ) -> Result<Vec<T>, Stopped> {
         let block = |scratch: &mut Vec<_>, block: usize| {
             stop.check()?;
-            let rows = block_rows(self.0.height, block);
+            let rows = CodedRows::rows(self.0.height, block);
             Ok(function(rows.start, self.rows(rows.clone(), scratch)))
         };
-        (0..block_count(self.0.height)).into_par_iter().map_init(Vec::new, block).collect()
+        (0..CodedRows::count(self.0.height)).into_par_iter().map_init(Vec::new, block).collect()
     }
 
     /// Gives a function the wanted blocks of rows one after the other: the first row's number and the pixels.
@@ -154,8 +154,8 @@ impl Pixels {
         mut function: impl FnMut(usize, &[[f32; 3]]),
     ) {
         let mut scratch = Vec::new();
-        for block in (0..block_count(self.0.height)).filter(|block| wanted(*block)) {
-            let rows = block_rows(self.0.height, block);
+        for block in (0..CodedRows::count(self.0.height)).filter(|block| wanted(*block)) {
+            let rows = CodedRows::rows(self.0.height, block);
             function(rows.start, self.rows(rows.clone(), &mut scratch));
         }
     }
@@ -192,7 +192,7 @@ impl Pixels {
             if !wanted(index) {
                 return block.clone();
             }
-            let rows = block_rows(height, index);
+            let rows = CodedRows::rows(height, index);
             scratch.resize(rows.len() * width, [0.0; 3]);
             block.decode(width, scratch);
             change(rows.start, scratch);

@@ -6,7 +6,9 @@
 //! same sums: a cell's probability is the difference of two of them, as rounded. Cells without mass are
 //! never drawn.
 
-use crate::f32x8::{LANES, Lanes};
+use sh::f64x4::Lanes;
+
+use crate::f32x8::LANES;
 
 /// Entries in a block.
 const BLOCK: usize = 2 * LANES;

@@ -16,12 +16,11 @@
 
 use std::sync::{Arc, OnceLock};
 
-use sh::f64x4::SimdLevel;
+use sh::f64x4::{Lanes, SimdLevel, WithLanes};
 
 use crate::batches::{draw_into, map_into};
 use crate::cell_distribution::{ABREAST, BELOW_ONE, CellDistribution, Drawn, LEAST_MASS};
 use crate::exact::invert_linear;
-use crate::f32x8::{Lanes, WithLanes, run};
 use crate::leaves::{Density, LeafOptions, Leaves};
 use crate::piece_values::{PieceMasses, PieceTables};
 use crate::pieces::Pieces;
@@ -257,7 +256,7 @@ impl ProductSampler {
     }
 
     fn draw(&self, points: &[[f32; 2]], directions: &mut [[f32; 3]], densities: &mut [f32]) {
-        run(self.level, ProductDraw { sampler: self, points, directions, densities });
+        self.level.run_lanes(ProductDraw { sampler: self, points, directions, densities });
     }
 
     /// The density with which a direction is drawn, in 1/sr. The direction is a unit vector.

@@ -9,14 +9,13 @@
 use std::sync::Arc;
 
 use pulp::Simd;
-use sh::f64x4::SimdLevel;
+use sh::f64x4::{Lanes, SimdLevel, WithLanes};
 use sh::{Basis, Expansion};
 use sphere::{DVec3, Direction};
 
 use crate::batches::{draw_into, map_into};
 use crate::cell_distribution::{ABREAST, BELOW_ONE, CellDistribution, Drawn, LEAST_MASS, MassRows};
 use crate::exact::{ExactLeaves, Scratch, WIDTH, invert_linear};
-use crate::f32x8::{Lanes, WithLanes, run};
 use crate::leaves::{Density, LeafOptions, Leaves};
 use crate::mass_tree::MassTree;
 use crate::{Error, LeafGrid, Tables};
@@ -236,7 +235,7 @@ impl Sampler {
         let (mut directions, mut densities) = ([[0.0; 3]; 1], [0.0; 1]);
         let draw =
             Draw { sampler: self, points: &[point], directions: &mut directions, densities: &mut densities };
-        run(self.level, draw);
+        self.level.run_lanes(draw);
         Sample { direction: directions[0], density: densities[0] }
     }
 
@@ -249,7 +248,7 @@ impl Sampler {
     /// If the slices have different lengths.
     pub fn sample_into(&self, points: &[[f32; 2]], directions: &mut [[f32; 3]], densities: &mut [f32]) {
         draw_into(points, directions, densities, |points, directions, densities| {
-            run(self.level, Draw { sampler: self, points, directions, densities });
+            self.level.run_lanes(Draw { sampler: self, points, directions, densities });
         });
     }
 

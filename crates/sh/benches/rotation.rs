@@ -1,7 +1,7 @@
-//! Rotation of an RGB expansion, by degree, and of many vectors of 25 coefficients.
+//! Rotation of an RGB expansion, by degree.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use sh::{Degree, Expansion, RotationMatrix, rotate_into};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use sh::{Degree, Expansion, rotate_into};
 use sphere::Rotation;
 use std::hint::black_box;
 
@@ -20,20 +20,5 @@ fn sh_rotation(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The vectors stay in the second-level cache.
-fn vectors(criterion: &mut Criterion) {
-    const COUNT: usize = 4096;
-    let Ok(degree) = Degree::new(4) else { return };
-    let matrix = RotationMatrix::new(Rotation::from_yaw_pitch_roll(0.4, -0.7, 1.9), degree);
-    let vectors: Vec<f32> = (0..COUNT * degree.rows()).map(|i| (i % 7) as f32).collect();
-    let mut rotated = vec![0.0; vectors.len()];
-    let mut group = criterion.benchmark_group("sh_rotation_of_vectors");
-    group.throughput(Throughput::Elements(COUNT as u64));
-    group.bench_function("25", |bencher| {
-        bencher.iter(|| matrix.apply(black_box(&vectors), &mut rotated));
-    });
-    group.finish();
-}
-
-criterion_group!(benches, sh_rotation, vectors);
+criterion_group!(benches, sh_rotation);
 criterion_main!(benches);

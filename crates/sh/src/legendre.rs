@@ -29,7 +29,7 @@ use pulp::Simd;
 
 use crate::f64x4::{self, F64x4};
 use crate::scaled::{HIGH, INVERSE_UNIT, Scaled};
-use crate::vector::{F64x8, LANES, load8, registers, store8};
+use crate::vector::{F64x8, LANES, registers};
 
 /// P_mm = c_m sin^m(theta) of rows in eights, for every m up to a degree.
 pub(crate) struct Sectoral {
@@ -234,12 +234,10 @@ impl Entry {
         self.step += 1;
         let mut beyond = false;
         for r in 0..registers::<S>() {
-            let factor =
-                simd.mul_add_f64s(load8(simd, &step.a, r), load8(simd, y, r), load8(simd, step.b(form), r));
-            let next =
-                simd.mul_add_f64s(factor, load8(simd, &self.current, r), load8(simd, &self.previous, r));
-            store8(simd, load8(simd, &self.current, r), &mut self.previous, r);
-            store8(simd, next, &mut self.current, r);
+            let factor = simd.mul_add_f64s(step.a.load(simd, r), y.load(simd, r), step.b(form).load(simd, r));
+            let next = simd.mul_add_f64s(factor, self.current.load(simd, r), self.previous.load(simd, r));
+            self.previous.store(simd, self.current.load(simd, r), r);
+            self.current.store(simd, next, r);
             beyond |= simd.reduce_max_f64s(simd.abs_f64s(next)) > limit;
         }
         beyond

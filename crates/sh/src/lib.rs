@@ -23,7 +23,6 @@ pub mod quadrature;
 mod rectangle;
 mod rotation;
 mod rotation_about_y;
-mod rotation_matrix;
 pub mod scaled;
 mod stop;
 #[cfg(test)]
@@ -49,7 +48,6 @@ pub use nearest::{Nearest, NearestError, nearest_non_negative};
 pub use non_negative::{NoPositiveMean, NonNegative, non_negative};
 pub use rectangle::{Parallel, ZoneIntegrals};
 pub use rotation::{rotate, rotate_into, rotate_orders};
-pub use rotation_matrix::RotationMatrix;
 pub use stop::{Stop, Stopped, unstopped};
 pub use transform::{GaussGrid, Grid, ImageRows, Sample, Synthesis, Transform, TransformError};
 pub use window::{Penalty, PenaltyOutOfRange, Window};

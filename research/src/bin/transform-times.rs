@@ -4,22 +4,19 @@
 //!
 //! Without `THREADS` there is one for each processor. For each case `wall` is the time that passed, and `cpu`
 //! that of all threads together, which says more on a machine that does other things as well. Images have
-//! 1024 x 512 pixels of three channels; `vectors/25` is a million vectors. `research/peers/transforms.py`
-//! compares these times with those of other libraries.
+//! 1024 x 512 pixels of three channels. `research/peers/transforms.py` compares these times with those of other
+//! libraries.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use rustix::time::{ClockId, clock_gettime};
 use serde_json::{Map, Value, json};
-use sh::{Degree, Expansion, RotationMatrix, Transform, rotate_into};
+use sh::{Degree, Expansion, Transform, rotate_into};
 use sphere::{LatLong, Rotation};
 
 /// Seconds of each case.
 const SECONDS: f64 = 0.3;
-
-/// Vectors that stay in the second-level cache.
-const VECTORS: usize = 4096;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Some(threads) = std::env::args().nth(1) {
@@ -38,9 +35,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let transform = Transform::new(grid, Degree::new(l)?)?;
         let expansion = transform.analyse(&image);
         let mut analyse = || drop(black_box(transform.analyse(black_box(&image))));
-        times.insert(format!("analysis/{l}"), median(&mut analyse, 1.0));
+        times.insert(format!("analysis/{l}"), median(&mut analyse));
         let mut synthesise = || transform.synthesise_into(black_box(&expansion), &mut pixels);
-        times.insert(format!("synthesis/{l}"), median(&mut synthesise, 1.0));
+        times.insert(format!("synthesis/{l}"), median(&mut synthesise));
     }
     let rotation = Rotation::from_yaw_pitch_roll(0.4, -0.7, 1.9);
     for l in [64, 256] {
@@ -48,19 +45,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         lighting.coefficients_mut().iter_mut().for_each(|row| *row = [0; 3].map(|_| f64::from(sample())));
         let mut rotated = lighting.clone();
         let mut rotate = || rotate_into(black_box(&lighting), rotation, &mut rotated);
-        times.insert(format!("rotation/{l}"), median(&mut rotate, 1.0));
+        times.insert(format!("rotation/{l}"), median(&mut rotate));
     }
-    let matrix = RotationMatrix::new(rotation, Degree::new(4)?);
-    let vectors: Vec<f32> = (0..25 * VECTORS).map(|_| sample()).collect();
-    let mut rotated = vec![0.0; vectors.len()];
-    let mut rotate = || matrix.apply(black_box(&vectors), &mut rotated);
-    times.insert("vectors/25".to_owned(), median(&mut rotate, 1e6 / VECTORS as f64));
     println!("{}", Value::Object(times));
     Ok(())
 }
 
-/// The median of many runs, times a factor.
-fn median(run: &mut dyn FnMut(), factor: f64) -> Value {
+/// The median of many runs.
+fn median(run: &mut dyn FnMut()) -> Value {
     run();
     let (mut wall, mut cpu, begun) = (Vec::new(), Vec::new(), Instant::now());
     while wall.len() < 5 || begun.elapsed().as_secs_f64() < SECONDS {
@@ -71,7 +63,7 @@ fn median(run: &mut dyn FnMut(), factor: f64) -> Value {
     }
     let [wall, cpu] = [wall, cpu].map(|mut seconds| {
         seconds.sort_by(f64::total_cmp);
-        1e3 * factor * seconds[seconds.len() / 2]
+        1e3 * seconds[seconds.len() / 2]
     });
     json!({ "wall": wall, "cpu": cpu })
 }

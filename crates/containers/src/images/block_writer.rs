@@ -36,17 +36,12 @@ impl BlockWriter {
         let within = |at: i64, most: usize| usize::try_from(at).unwrap_or(0).min(most);
         let [left, top, right, bottom] = part;
         let filled = [within(left, width), within(top, height), within(right, width), within(bottom, height)];
-        let done = vec![None; height.div_ceil(CodedRows::HEIGHT)];
+        let done = vec![None; CodedRows::count(height)];
         Self { width, height, filled, open: BTreeMap::new(), done }
     }
 
-    fn rows(&self, block: usize) -> std::ops::Range<usize> {
-        let first = block * CodedRows::HEIGHT;
-        first..(first + CodedRows::HEIGHT).min(self.height)
-    }
-
     fn open(&self, block: usize) -> OpenBlock {
-        let rows = self.rows(block);
+        let rows = CodedRows::rows(self.height, block);
         let [left, top, right, bottom] = self.filled;
         let filled = rows.end.min(bottom).saturating_sub(rows.start.max(top)) * right.saturating_sub(left);
         OpenBlock { pixels: vec![[0.0; 3]; rows.len() * self.width], missing: filled }

@@ -293,7 +293,7 @@ fn environment_of_rows(file: &TensorFile<'_>) -> Result<Environment, Error> {
     let wrong = || Error::damaged(format!("tensor `rows`: expected {width} x {height} pixels in blocks"));
     for (index, length) in lengths.into_iter().enumerate() {
         let (block, after) = rest.split_at_checked(length).ok_or_else(wrong)?;
-        let rows = height.saturating_sub(index * CodedRows::HEIGHT).min(CodedRows::HEIGHT);
+        let rows = CodedRows::rows(height, index).len();
         blocks.push(CodedRows::from_bytes(width, rows, block.to_vec()).ok_or_else(wrong)?);
         rest = after;
     }

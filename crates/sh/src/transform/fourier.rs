@@ -22,9 +22,9 @@ use pulp::{Simd, WithSimd};
 
 use super::sample::Sample;
 use super::sums::{Group, ODD};
-use crate::f64x4::SimdLevel;
+use crate::f64x4::{Lanes, SimdLevel, WithLanes};
 use crate::fft::{Complex, Fft, cis};
-use crate::vector::{LANES, Transpose, Vector8, WithTranspose, run_transposing};
+use crate::vector::{LANES, Vector8};
 
 /// An image whose rows are read a few at a time, such as one that is compressed.
 pub trait ImageRows<T>: Sync {
@@ -144,7 +144,7 @@ impl<T: Sample> Fourier<T> {
                 pixels[(row - first) * width..][..width].as_flattened()
             })
         });
-        run_transposing(self.level, Interleave { pairs, rows });
+        self.level.run_lanes(Interleave { pairs, rows });
         for (part, turns) in self.turns.iter().enumerate() {
             let rows = if parts == 1 {
                 &mut *rows
@@ -196,7 +196,7 @@ impl<T: Sample> Fourier<T> {
         for (line, pixels) in lines[1].iter_mut().zip(south.chunks_exact_mut(width).rev()) {
             *line = pixels.as_flattened_mut();
         }
-        run_transposing(self.level, Spread { rows, pairs: lines });
+        self.level.run_lanes(Spread { rows, pairs: lines });
     }
 }
 
@@ -206,9 +206,11 @@ struct Interleave<'a, T> {
     rows: &'a mut [Complex<Vector8<T>>],
 }
 
-impl<T: Sample> WithTranspose for Interleave<'_, T> {
+impl<T: Sample> WithLanes for Interleave<'_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn with_transpose<S: Transpose>(self, simd: S) {
+    fn with_lanes<S: Lanes>(self, simd: S) {
         let Self { pairs, rows } = self;
         let (tiles, rest) = rows.as_chunks_mut::<LANES>();
         let whole = LANES * tiles.len();
@@ -237,9 +239,11 @@ struct Spread<'a, T> {
     pairs: [[&'a mut [T]; LANES]; 2],
 }
 
-impl<T: Sample> WithTranspose for Spread<'_, T> {
+impl<T: Sample> WithLanes for Spread<'_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn with_transpose<S: Transpose>(self, simd: S) {
+    fn with_lanes<S: Lanes>(self, simd: S) {
         let Self { rows, mut pairs } = self;
         let (tiles, rest) = rows.as_chunks::<LANES>();
         let whole = LANES * tiles.len();
@@ -293,13 +297,13 @@ impl<T: Sample> WithSimd for Separate<'_, T> {
                     let mut sums = [T::splat(simd, T::ZERO); 4];
                     if !first {
                         for (sum, part) in sums.iter_mut().zip(at) {
-                            *sum = T::load(simd, &parts[part].0, r);
+                            *sum = parts[part].load(simd, r);
                         }
                     }
                     // The turned sums of p = X_m and of conj q, q = X_(W-m).
                     let [p, q] = [near, far].map(|rows| &rows[channel]);
-                    let p = [T::load(simd, &p[0].0, r), T::load(simd, &p[1].0, r)];
-                    let q = [T::load(simd, &q[0].0, r), T::load(simd, &q[1].0, r)];
+                    let p = [p[0].load(simd, r), p[1].load(simd, r)];
+                    let q = [q[0].load(simd, r), q[1].load(simd, r)];
                     let p_re = T::negate_mul_add(simd, p[1], u_im, T::mul_add(simd, p[0], u_re, sums[0]));
                     let p_im = T::mul_add(simd, p[1], u_re, T::mul_add(simd, p[0], u_im, sums[1]));
                     let q_re = T::mul_add(simd, q[1], u_im, T::mul_add(simd, q[0], u_re, sums[2]));
@@ -317,7 +321,7 @@ impl<T: Sample> WithSimd for Separate<'_, T> {
                         ];
                     }
                     for (part, value) in at.into_iter().zip(values) {
-                        T::store(simd, value, &mut parts[part].0, r);
+                        parts[part].store(simd, value, r);
                     }
                 }
             }
@@ -351,8 +355,8 @@ impl<T: Sample> WithSimd for Join<'_, T> {
                 for channel in 0..CHANNELS {
                     let even = [&parts[2 * channel], &parts[2 * channel + 1]];
                     let odd = [&parts[ODD + 2 * channel], &parts[ODD + 2 * channel + 1]];
-                    let even = [T::load(simd, &even[0].0, r), T::load(simd, &even[1].0, r)];
-                    let odd = [T::load(simd, &odd[0].0, r), T::load(simd, &odd[1].0, r)];
+                    let even = [even[0].load(simd, r), even[1].load(simd, r)];
+                    let odd = [odd[0].load(simd, r), odd[1].load(simd, r)];
                     // (A - i B) u / 2 for N = E + O and S = E - O
                     let n = [T::add(simd, even[0], odd[0]), T::add(simd, even[1], odd[1])];
                     let s = [T::sub(simd, even[0], odd[0]), T::sub(simd, even[1], odd[1])];
@@ -364,8 +368,8 @@ impl<T: Sample> WithSimd for Join<'_, T> {
                     for (column, vector, is_fresh) in [(column, near, true), (mirror, far, m > 0)] {
                         for (value, part) in rows[CHANNELS * column + channel].iter_mut().zip(vector) {
                             let add = fold || !is_fresh;
-                            let sum = if add { T::add(simd, T::load(simd, &value.0, r), part) } else { part };
-                            T::store(simd, sum, &mut value.0, r);
+                            let sum = if add { T::add(simd, value.load(simd, r), part) } else { part };
+                            value.store(simd, sum, r);
                         }
                     }
                 }

@@ -20,10 +20,10 @@ use pulp::Simd;
 
 use super::sample::Sample;
 use super::sums::{Group, ODD, PARTS};
-use crate::f64x4::SimdLevel;
+use crate::f64x4::{Lanes, SimdLevel, WithLanes};
 use crate::fft::{Complex, Fft, Multiply, cis};
 use crate::quadrature;
-use crate::vector::{LANES, Transpose, Vector8, WithTranspose, run_transposing};
+use crate::vector::{LANES, Vector8};
 
 /// The orders of one task: an even one and the next in each lane.
 pub(super) const ORDERS: usize = 2 * LANES;
@@ -102,7 +102,7 @@ impl<T: Sample> Resample<T> {
         }
         let ResampleScratch { circle, fft } = scratch;
         circle.resize(CHANNELS * 2 * self.height, [Vector8::ZERO; 2]);
-        run_transposing(self.level, Close { height: self.height, columns, circle });
+        self.level.run_lanes(Close { height: self.height, columns, circle });
         // An inverse transform is a transform in reverse. Two of them cancel, because the weights are the
         // same in reverse and the shift is its conjugate.
         for factors in [&self.shift, &self.between, &self.shift] {
@@ -110,9 +110,12 @@ impl<T: Sample> Resample<T> {
             self.level.run(Multiply { data: circle, factors, count: CHANNELS });
         }
         self.fft.run(circle, fft);
-        run_transposing(self.level, Open { resample: self, circle, columns });
+        self.level.run_lanes(Open { resample: self, circle, columns });
     }
 }
+
+/// Eight values of each of eight orders or rows.
+type Tile<T> = [[T; LANES]; LANES];
 
 /// Rows of eight pairs: on the circle, the northern row, its mirror on the other half, and the same of the
 /// southern one.
@@ -142,9 +145,11 @@ struct Close<'a, T> {
     circle: &'a mut [Complex<Vector8<T>>],
 }
 
-impl<T: Sample> WithTranspose for Close<'_, T> {
+impl<T: Sample> WithLanes for Close<'_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn with_transpose<S: Transpose>(self, simd: S) {
+    fn with_lanes<S: Lanes>(self, simd: S) {
         let Self { height, columns, circle } = self;
         let groups = columns.len() / ORDERS;
         for group in 0..groups {
@@ -169,13 +174,7 @@ impl<T: Sample> WithTranspose for Close<'_, T> {
                         }
                     }
                 }
-                let [a, b, c, d] = tiles;
-                let tiles = [
-                    T::transpose(simd, a),
-                    T::transpose(simd, b),
-                    T::transpose(simd, c),
-                    T::transpose(simd, d),
-                ];
+                let tiles = transposed(simd, tiles);
                 for lane in 0..LANES {
                     for (tile, place) in tiles.iter().zip(places.at(lane)) {
                         if let Some(place) = place {
@@ -188,6 +187,12 @@ impl<T: Sample> WithTranspose for Close<'_, T> {
     }
 }
 
+/// Four tables with rows and columns exchanged.
+#[inline(always)]
+fn transposed<T: Sample, S: Lanes>(simd: S, [a, b, c, d]: [Tile<T>; 4]) -> [Tile<T>; 4] {
+    [T::transpose(simd, a), T::transpose(simd, b), T::transpose(simd, c), T::transpose(simd, d)]
+}
+
 #[inline(always)]
 fn load_parts<T: Sample, S: Simd>(
     simd: S,
@@ -195,7 +200,7 @@ fn load_parts<T: Sample, S: Simd>(
     part: usize,
     r: usize,
 ) -> (T::Register<S>, T::Register<S>) {
-    (T::load(simd, &group[part].0, r), T::load(simd, &group[ODD + part].0, r))
+    (group[part].load(simd, r), group[ODD + part].load(simd, r))
 }
 
 /// Takes circles back to columns: weights times these, and what the nodes between the rows add.
@@ -205,9 +210,11 @@ struct Open<'a, T: Sample> {
     columns: &'a mut [Group<T>],
 }
 
-impl<T: Sample> WithTranspose for Open<'_, T> {
+impl<T: Sample> WithLanes for Open<'_, T> {
+    type Output = ();
+
     #[inline(always)]
-    fn with_transpose<S: Transpose>(self, simd: S) {
+    fn with_lanes<S: Lanes>(self, simd: S) {
         let Self { resample: Resample { height, rows, .. }, circle, columns } = self;
         let groups = columns.len() / ORDERS;
         for group in 0..groups {
@@ -222,13 +229,7 @@ impl<T: Sample> WithTranspose for Open<'_, T> {
                         }
                     }
                 }
-                let [a, b, c, d] = tiles;
-                let tiles = [
-                    T::transpose(simd, a),
-                    T::transpose(simd, b),
-                    T::transpose(simd, c),
-                    T::transpose(simd, d),
-                ];
+                let tiles = transposed(simd, tiles);
                 for pair in 0..LANES {
                     for r in 0..LANES / T::PER_REGISTER {
                         let (n, other_n) =
@@ -241,10 +242,10 @@ impl<T: Sample> WithTranspose for Open<'_, T> {
                             let column = &mut columns[(2 * pair + m) * groups + group];
                             let between = [T::add(simd, n, s), T::sub(simd, n, s)];
                             for (part, between) in [part, ODD + part].into_iter().zip(between) {
-                                let value = T::load(simd, &column[part].0, r);
-                                let weight = T::load(simd, &weights.0, r);
+                                let value = column[part].load(simd, r);
+                                let weight = weights.load(simd, r);
                                 let sum = T::mul_add(simd, value, weight, between);
-                                T::store(simd, sum, &mut column[part].0, r);
+                                column[part].store(simd, sum, r);
                             }
                         }
                     }

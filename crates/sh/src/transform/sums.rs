@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 
 use super::sample::Sample;
 use crate::legendre::{Argument, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
-use crate::vector::{F64x8, LANES, Vector8, load8, registers, store8};
+use crate::vector::{F64x8, LANES, Vector8, registers};
 
 /// Values that go together at eight pairs of rows: 3 channels x (cosine, sine) of the even part E in 0 .. 6,
 /// of the odd part O in 6 .. 12.
@@ -175,22 +175,22 @@ impl Sweep<'_> {
         let mut totals = [[zero; PARTS]; N];
         let mut a = [zero; N];
         for i in 0..N {
-            a[i] = load8(simd, &steps[i].a, r);
+            a[i] = steps[i].a.load(simd, r);
             for part in 0..PARTS {
-                totals[i][part] = load8(simd, &sums[i][part], r);
+                totals[i][part] = sums[i][part].load(simd, r);
             }
         }
         let polar = rows.polar.clamp(first, *end);
         for (range, form) in [(first..polar, Form::POLAR), (polar..*end, Form::EQUATORIAL)] {
             let mut b = [zero; N];
             for i in 0..N {
-                b[i] = load8(simd, steps[i].b(form), r);
+                b[i] = steps[i].b(form).load(simd, r);
             }
             let states = current[range.clone()].iter_mut().zip(&mut previous[range.clone()]);
             let inputs = columns[range.clone()].iter().zip(&rows.argument[range]);
             for ((now, before), (column, y)) in states.zip(inputs) {
-                let y = load8(simd, y, r);
-                let (mut lambda, mut earlier) = (load8(simd, now, r), load8(simd, before, r));
+                let y = y.load(simd, r);
+                let (mut lambda, mut earlier) = (now.load(simd, r), before.load(simd, r));
                 let mut lambdas = [zero; N];
                 for i in 0..N {
                     lambdas[i] = lambda;
@@ -198,18 +198,18 @@ impl Sweep<'_> {
                     (lambda, earlier) = (next, lambda);
                 }
                 for part in 0..PARTS {
-                    let value = load8(simd, &column[part], r);
+                    let value = column[part].load(simd, r);
                     for i in 0..N {
                         totals[i][part] = simd.mul_add_f64s(lambdas[i], value, totals[i][part]);
                     }
                 }
-                store8(simd, lambda, now, r);
-                store8(simd, earlier, before, r);
+                now.store(simd, lambda, r);
+                before.store(simd, earlier, r);
             }
         }
         for i in 0..N {
             for part in 0..PARTS {
-                store8(simd, totals[i][part], &mut sums[i][part], r);
+                sums[i][part].store(simd, totals[i][part], r);
             }
         }
     }
@@ -218,10 +218,10 @@ impl Sweep<'_> {
 #[inline(always)]
 fn accumulate<S: Simd>(simd: S, sum: &mut Group<f64>, lambda: &F64x8, column: &Group<f64>) {
     for r in 0..registers::<S>() {
-        let lambda = load8(simd, lambda, r);
+        let lambda = lambda.load(simd, r);
         for part in 0..PARTS {
-            let total = simd.mul_add_f64s(lambda, load8(simd, &column[part], r), load8(simd, &sum[part], r));
-            store8(simd, total, &mut sum[part], r);
+            let total = simd.mul_add_f64s(lambda, column[part].load(simd, r), sum[part].load(simd, r));
+            sum[part].store(simd, total, r);
         }
     }
 }
@@ -254,42 +254,38 @@ impl<T: Sample> WithSimd for Evaluate<'_, T> {
             let argument = rows.argument(group);
             let entry = enter(simd, recurrence, &rows.sectoral, group, argument, |k, lambda| {
                 for r in 0..registers::<S>() {
-                    let lambda = load8(simd, lambda, r);
+                    let lambda = lambda.load(simd, r);
                     for part in 0..PARTS {
-                        let total = load8(simd, &column[part], r);
+                        let total = column[part].load(simd, r);
                         let total = simd.mul_add_f64s(lambda, simd.splat_f64s(terms[k][part]), total);
-                        store8(simd, total, &mut column[part], r);
+                        column[part].store(simd, total, r);
                     }
                 }
             });
             for r in 0..registers::<S>() {
                 // Even parts with the recurrence, odd parts after: twelve sums at once would not fit in
                 // registers.
-                let (mut current, mut previous) =
-                    (load8(simd, &entry.current, r), load8(simd, &entry.previous, r));
-                let (y, cosine) = (load8(simd, argument.y, r), load8(simd, &rows.cosine[group], r));
+                let (mut current, mut previous) = (entry.current.load(simd, r), entry.previous.load(simd, r));
+                let (y, cosine) = (argument.y.load(simd, r), rows.cosine[group].load(simd, r));
                 let mut even = [simd.splat_f64s(0.0); ODD];
                 let mut odd = even;
                 for part in 0..ODD {
-                    even[part] = load8(simd, &column[part], r);
-                    odd[part] = load8(simd, &column[ODD + part], r);
+                    even[part] = column[part].load(simd, r);
+                    odd[part] = column[ODD + part].load(simd, r);
                 }
                 let chunks = terms[entry.step..].chunks(CHUNK).zip(steps[entry.step..].chunks(CHUNK));
                 for (terms, steps) in chunks {
                     for ((term, step), lambda) in terms.iter().zip(steps).zip(&mut lambda) {
-                        store8(simd, current, lambda, r);
+                        lambda.store(simd, current, r);
                         for part in 0..ODD {
                             even[part] = simd.mul_add_f64s(current, simd.splat_f64s(term[part]), even[part]);
                         }
-                        let factor = simd.mul_add_f64s(
-                            load8(simd, &step.a, r),
-                            y,
-                            load8(simd, step.b(argument.form), r),
-                        );
+                        let factor =
+                            simd.mul_add_f64s(step.a.load(simd, r), y, step.b(argument.form).load(simd, r));
                         (current, previous) = (simd.mul_add_f64s(factor, current, previous), current);
                     }
                     for (term, lambda) in terms.iter().zip(&lambda) {
-                        let lambda = load8(simd, lambda, r);
+                        let lambda = lambda.load(simd, r);
                         for part in 0..ODD {
                             let term = simd.splat_f64s(term[ODD + part]);
                             odd[part] = simd.mul_add_f64s(lambda, term, odd[part]);
@@ -297,8 +293,8 @@ impl<T: Sample> WithSimd for Evaluate<'_, T> {
                     }
                 }
                 for part in 0..ODD {
-                    store8(simd, even[part], &mut column[part], r);
-                    store8(simd, simd.mul_f64s(odd[part], cosine), &mut column[ODD + part], r);
+                    column[part].store(simd, even[part], r);
+                    column[ODD + part].store(simd, simd.mul_f64s(odd[part], cosine), r);
                 }
             }
             for (to, from) in values.iter_mut().zip(&column) {

@@ -231,7 +231,7 @@ impl WithSimd for AddLights<'_> {
         let mut sums = vec![F32x8::ZERO; azimuths * table.vectors];
         let mut fluxes = vec![F32x8::ZERO; table.vectors];
         let of_views = (0..views.quarter.len()).flat_map(|j| views.azimuths(j)).collect::<Vec<_>>();
-        // Of each azimuth: the nodes beside it, and the part of the way from one to the other.
+        // The nodes beside each azimuth, and the part of the way from one to the other.
         let mut places = vec![([0; 2], 0.0_f32); of_views.len()];
         for lamp in lamps {
             let direction = Direction::normalised(into_local * lamp.direction);

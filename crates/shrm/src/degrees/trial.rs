@@ -87,7 +87,7 @@ impl Trial {
         Self { centrals, f, p, reference_p: most_p, centre: brdf.centre(), rms }
     }
 
-    /// The same samples at these degrees alone.
+    /// A trial of one pair of degrees, at the samples of this one.
     pub(super) fn of_one(self, f: Degree, p: Degree) -> Self {
         Self { f: vec![f.get()], p: vec![p.get()], reference_p: p.get(), ..self }
     }
