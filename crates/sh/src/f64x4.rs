@@ -1,9 +1,9 @@
 //! Four doubles at a time: the one SIMD layer of the kernels.
 //!
-//! A kernel is a [`pulp::WithSimd`], or a [`WithLanes`], over vectors of four `f64` (or eight `f32`). It is compiled twice: with
-//! AVX2 and FMA, and in plain Rust for every other CPU. Both have the same lanes, and multiply-adds are fused
-//! in both, so that their results are the same to the last bit. An x86 CPU without FMA computes them in
-//! software, slowly.
+//! A kernel is a [`pulp::WithSimd`], or a [`WithLanes`], over vectors of four `f64` (or eight `f32`). It is
+//! compiled twice: with AVX2 and FMA, and in plain Rust for every other CPU. Both have the same lanes, and
+//! multiply-adds are fused in both, so that their results are the same to the last bit. An x86 CPU without
+//! FMA computes them in software, slowly.
 //!
 //! The sums of the transform have eight lanes of `f64`: one register of AVX-512, two of the other levels.
 //! These kernels are compiled a third time.

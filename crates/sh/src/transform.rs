@@ -13,6 +13,7 @@ mod analysis;
 mod fourier;
 mod grid;
 mod plan;
+mod precision;
 mod resample;
 mod sample;
 mod spare;
@@ -25,11 +26,11 @@ pub use fourier::ImageRows;
 pub use grid::{GaussGrid, Grid};
 pub use plan::TransformError;
 pub use sample::Sample;
-pub use synthesis::Synthesis;
 
 use crate::f64x4::SimdLevel;
 use crate::{Degree, Expansion, Stop, Stopped, unstopped};
 use analysis::Colatitude;
+use plan::TransformPlan;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -82,7 +83,7 @@ impl Transform {
             return Err(TransformError::TooFewRows { rows, degree: l });
         }
         let synthesis = Synthesis::at_level(level, grid, degree)?;
-        let colatitude = Colatitude::new(synthesis.plan());
+        let colatitude = Colatitude::new(&synthesis.plan);
         Ok(Self { synthesis, colatitude })
     }
 
@@ -118,7 +119,7 @@ impl Transform {
         stop: Stop<'_>,
     ) -> Result<Expansion, Stopped> {
         let mut expansion = Expansion::zero(self.degree());
-        analysis::analyse_into(self.synthesis.plan(), &self.colatitude, image, stop, &mut expansion)?;
+        T::analyse(&self.synthesis.plan, &self.colatitude, &image, stop, &mut expansion)?;
         Ok(expansion)
     }
 
@@ -136,5 +137,60 @@ impl Transform {
     /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
     pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
         self.synthesis.synthesise_into(expansion, pixels);
+    }
+}
+
+/// A plan for synthesis alone: the values of an expansion at the pixels of any grid, however coarse.
+///
+/// Unlike [`Transform`] it works with any number of rows and columns: values are those of the function at the
+/// pixel centres.
+pub struct Synthesis {
+    plan: TransformPlan,
+    degree: Degree,
+}
+
+impl Synthesis {
+    /// A plan for `degree` on a [`sphere::LatLong`] or [`GaussGrid`].
+    ///
+    /// # Errors
+    /// If the grid has no pixel.
+    pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
+        Self::at_level(SimdLevel::detect(), grid.into(), degree)
+    }
+
+    fn at_level(level: SimdLevel, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
+        if grid.is_empty() {
+            return Err(TransformError::Empty { columns: grid.width(), rows: grid.height() });
+        }
+        Ok(Self { plan: TransformPlan::new(level, grid, degree.get()), degree })
+    }
+
+    /// The grid of the pixels.
+    pub fn grid(&self) -> &Grid {
+        &self.plan.grid
+    }
+
+    /// The highest l.
+    pub fn degree(&self) -> Degree {
+        self.degree
+    }
+
+    /// The image of an expansion; its degree may be lower than that of the plan.
+    ///
+    /// # Panics
+    /// If the expansion's degree is past that of the plan.
+    pub fn synthesise<T: Sample>(&self, expansion: &Expansion) -> Vec<[T; 3]> {
+        let mut pixels = vec![[T::ZERO; 3]; self.plan.grid.len()];
+        self.synthesise_into(expansion, &mut pixels);
+        pixels
+    }
+
+    /// [`Synthesis::synthesise`] into memory of the caller.
+    ///
+    /// # Panics
+    /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
+    pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
+        assert!(expansion.degree() <= self.degree, "the expansion's degree is past that of the plan");
+        T::synthesise(&self.plan, expansion, pixels);
     }
 }

@@ -4,8 +4,8 @@
 //!
 //! Without `THREADS` there is one for each processor. For each case `wall` is the time that passed, and `cpu`
 //! that of all threads together, which says more on a machine that does other things as well. Images have
-//! 1024 x 512 pixels of three channels. `research/peers/transforms.py` compares these times with those of other
-//! libraries.
+//! 1024 x 512 pixels of three channels. `research/peers/transforms.py` compares these times with those of
+//! other libraries.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -263,8 +263,8 @@ pub fn encode_environment(environment: &Environment, recipe: Option<&str>) -> Re
 }
 
 /// An environment as the cache has it, which is smaller than the photograph that it was made from: `rows`
-/// \[bytes\] u8, the blocks of [`Environment::blocks`] one after the other. The metadata have `width`, `height`
-/// and, in JSON, the `lengths` of the blocks in bytes.
+/// \[bytes\] u8, the blocks of [`Environment::blocks`] one after the other. The metadata have `width`,
+/// `height` and, in JSON, the `lengths` of the blocks in bytes.
 pub fn encode_environment_rows(environment: &Environment) -> Vec<u8> {
     let LatLong { width, height } = environment.grid();
     let blocks = environment.blocks();

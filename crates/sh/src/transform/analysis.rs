@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::fourier::{FourierScratch, ImageRows};
 use super::grid::Grid;
 use super::plan::{TransformPlan, Workspace, blocks_of_orders, split};
+use super::precision::{ForEachPrecision, PerPrecision, Precision};
 use super::resample::{ORDERS, Resample, ResampleScratch};
-use super::sample::{ForEachSample, PerSample, Sample};
 use super::spare::InUse;
 use super::sums::{Group, ODD, PARTS, Project};
 use crate::legendre::LegendreRecurrence;
@@ -17,17 +17,17 @@ use crate::vector::{F64x8, LANES};
 use crate::{Expansion, Stop, Stopped, quadrature};
 
 /// The rule by which a grid integrates along theta.
-pub(super) struct Colatitude {
+pub struct Colatitude {
     /// A weight w for each northern row, in eights, zeros past the last: w for even parts, w x for odd ones.
     weights: Vec<[F64x8; 2]>,
     /// For pixel-centred rows past half of their degree; the weights of these are 1.
-    resample: Option<ForEachSample<ResampleOf>>,
+    resample: Option<ForEachPrecision<ResampleOf>>,
 }
 
 struct ResampleOf;
 
-impl PerSample for ResampleOf {
-    type Of<T: Sample> = Resample<T>;
+impl PerPrecision for ResampleOf {
+    type Of<T: Precision> = Resample<T>;
 }
 
 /// Degrees in one task of the last step.
@@ -48,7 +48,7 @@ impl Colatitude {
             let even = F64x8::from_fn(|lane| weights.get(lane).copied().unwrap_or(0.0));
             [even, F64x8::from_fn(|lane| even.0[lane] * cosine.0[lane])]
         });
-        Self { weights: lanes.collect(), resample: resampled.then(ForEachSample::new) }
+        Self { weights: lanes.collect(), resample: resampled.then(ForEachPrecision::new) }
     }
 }
 
@@ -58,7 +58,7 @@ fn scale(grid: &Grid) -> f64 {
 }
 
 /// Memory of one task of the Legendre sums.
-struct AnalysisScratch<T: Sample> {
+struct AnalysisScratch<T: Precision> {
     recurrence: LegendreRecurrence,
     column: Vec<Group<f64>>,
     current: Vec<F64x8>,
@@ -68,20 +68,21 @@ struct AnalysisScratch<T: Sample> {
     resample: ResampleScratch<T>,
 }
 
-pub(super) fn analyse_into<T: Sample>(
+/// The coefficients of an image.
+pub(super) fn analyse<T: Precision>(
     plan: &TransformPlan,
     colatitude: &Colatitude,
-    pixels: &(impl ImageRows<T> + ?Sized),
+    image: &dyn ImageRows<T>,
     stop: Stop<'_>,
     expansion: &mut Expansion,
 ) -> Result<(), Stopped> {
-    assert_eq!(pixels.pixel_count(), plan.grid.len(), "the number of pixels is not that of the grid");
+    assert_eq!(image.pixel_count(), plan.grid.len(), "the number of pixels is not that of the grid");
     plan.with_workspace(|workspace| {
         let Workspace { groups, orders } = workspace;
         let (count, width) = (plan.degree + 1, plan.grid.width());
         let along_rows = plan.along_rows::<T>();
         let fourier = &along_rows.fourier;
-        let at_once = pixels.rows_at_once().div_ceil(LANES);
+        let at_once = image.rows_at_once().div_ceil(LANES);
         let band = |(scratch, bands): &mut (InUse<'_, FourierScratch<T>>, [Vec<_>; 2]),
                     (band, output): (usize, &mut [Group<T>])| {
             stop.check()?;
@@ -89,8 +90,8 @@ pub(super) fn analyse_into<T: Sample>(
             let [at_north, at_south] = fourier.rows(first..(first + at_once).min(fourier.groups()));
             let [north, south] = bands;
             let bands = [
-                (at_north.start, pixels.read_rows(width, at_north, north)),
-                (at_south.start, pixels.read_rows(width, at_south, south)),
+                (at_north.start, image.read_rows(width, at_north, north)),
+                (at_south.start, image.read_rows(width, at_south, south)),
             ];
             for (group, output) in (first..).zip(output.chunks_mut(count)) {
                 fourier.analyse(group, bands, scratch, output);
@@ -121,7 +122,7 @@ pub(super) fn analyse_into<T: Sample>(
     })
 }
 
-impl<T: Sample> AnalysisScratch<T> {
+impl<T: Precision> AnalysisScratch<T> {
     fn new(plan: &TransformPlan) -> Self {
         let groups = plan.rows.groups();
         Self {
@@ -181,7 +182,7 @@ struct Gather<'a, T> {
     column: &'a mut [Group<f64>],
 }
 
-impl<T: Sample> WithSimd for Gather<'_, T> {
+impl<T: Precision> WithSimd for Gather<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -20,7 +20,7 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::sample::Sample;
+use super::precision::Precision;
 use super::sums::{Group, ODD};
 use crate::f64x4::{Lanes, SimdLevel, WithLanes};
 use crate::fft::{Complex, Fft, cis};
@@ -43,7 +43,7 @@ pub trait ImageRows<T>: Sync {
     ) -> &'a [[T; 3]];
 }
 
-impl<T: Sample> ImageRows<T> for [[T; 3]] {
+impl<T: Precision> ImageRows<T> for [[T; 3]] {
     fn pixel_count(&self) -> usize {
         self.len()
     }
@@ -57,8 +57,27 @@ impl<T: Sample> ImageRows<T> for [[T; 3]] {
     }
 }
 
+impl<T, Rows: ImageRows<T> + ?Sized> ImageRows<T> for &Rows {
+    fn pixel_count(&self) -> usize {
+        (**self).pixel_count()
+    }
+
+    fn rows_at_once(&self) -> usize {
+        (**self).rows_at_once()
+    }
+
+    fn read_rows<'a>(
+        &'a self,
+        width: usize,
+        rows: Range<usize>,
+        scratch: &'a mut Vec<[T; 3]>,
+    ) -> &'a [[T; 3]] {
+        (**self).read_rows(width, rows, scratch)
+    }
+}
+
 /// The Fourier transform of one grid's rows for m = 0 ..= degree.
-pub(crate) struct Fourier<T: Sample> {
+pub(crate) struct Fourier<T: Precision> {
     level: SimdLevel,
     width: usize,
     height: usize,
@@ -70,7 +89,7 @@ pub(crate) struct Fourier<T: Sample> {
 
 /// Memory of one task: three channels of each column or frequency.
 #[derive(Default)]
-pub(crate) struct FourierScratch<T: Sample> {
+pub(crate) struct FourierScratch<T: Precision> {
     /// Eight pairs of rows.
     rows: Vec<Complex<Vector8<T>>>,
     /// One part of them.
@@ -93,7 +112,7 @@ fn parts(width: usize, degree: usize) -> usize {
     (FEWEST_PARTS..=width).rev().find(enough).unwrap_or(1)
 }
 
-impl<T: Sample> Fourier<T> {
+impl<T: Precision> Fourier<T> {
     pub(crate) fn new(level: SimdLevel, width: usize, height: usize, degree: usize) -> Self {
         let parts = parts(width, degree);
         let turn = |part: usize, m: usize| {
@@ -206,7 +225,7 @@ struct Interleave<'a, T> {
     rows: &'a mut [Complex<Vector8<T>>],
 }
 
-impl<T: Sample> WithLanes for Interleave<'_, T> {
+impl<T: Precision> WithLanes for Interleave<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -239,7 +258,7 @@ struct Spread<'a, T> {
     pairs: [[&'a mut [T]; LANES]; 2],
 }
 
-impl<T: Sample> WithLanes for Spread<'_, T> {
+impl<T: Precision> WithLanes for Spread<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -281,7 +300,7 @@ struct Separate<'a, T> {
     last: bool,
 }
 
-impl<T: Sample> WithSimd for Separate<'_, T> {
+impl<T: Precision> WithSimd for Separate<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -336,7 +355,7 @@ struct Join<'a, T> {
     rows: &'a mut [Complex<Vector8<T>>],
 }
 
-impl<T: Sample> WithSimd for Join<'_, T> {
+impl<T: Precision> WithSimd for Join<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -380,7 +399,7 @@ impl<T: Sample> WithSimd for Join<'_, T> {
 
 /// (A - i B) u
 #[inline(always)]
-fn turned<T: Sample, S: Simd>(
+fn turned<T: Precision, S: Simd>(
     simd: S,
     [a, b]: [T::Register<S>; 2],
     u: [T::Register<S>; 2],

@@ -2,7 +2,7 @@
 
 use super::fourier::{Fourier, FourierScratch};
 use super::grid::Grid;
-use super::sample::{ForEachSample, PerSample, Sample};
+use super::precision::{ForEachPrecision, PerPrecision, Precision};
 use super::spare::Spare;
 use super::sums::{self, Group, Rows};
 use crate::f64x4::SimdLevel;
@@ -39,16 +39,16 @@ pub enum TransformError {
 }
 
 /// The plan that analysis and synthesis share: sizes, tables and spare memory.
-pub(super) struct TransformPlan {
+pub struct TransformPlan {
     pub(super) grid: Grid,
     pub(super) degree: usize,
     pub(super) level: SimdLevel,
     pub(super) rows: Rows,
-    along_rows: ForEachSample<AlongRowsOf>,
+    along_rows: ForEachPrecision<AlongRowsOf>,
 }
 
 /// What works along the rows, in the precision of the pixels.
-pub(super) struct AlongRows<T: Sample> {
+pub(super) struct AlongRows<T: Precision> {
     pub(super) fourier: Fourier<T>,
     pub(super) fourier_scratch: Spare<FourierScratch<T>>,
     workspaces: Spare<Workspace<T>>,
@@ -56,13 +56,13 @@ pub(super) struct AlongRows<T: Sample> {
 
 struct AlongRowsOf;
 
-impl PerSample for AlongRowsOf {
-    type Of<T: Sample> = AlongRows<T>;
+impl PerPrecision for AlongRowsOf {
+    type Of<T: Precision> = AlongRows<T>;
 }
 
 /// The memory of one analysis or synthesis.
 #[derive(Default)]
-pub(super) struct Workspace<T: Sample> {
+pub(super) struct Workspace<T: Precision> {
     /// Fourier coefficients along the rows: one group for each m and each eight pairs of rows.
     pub(super) groups: Vec<Group<T>>,
     /// Coefficients by rising m, then l: (cosine, sine) of each channel.
@@ -74,10 +74,10 @@ impl TransformPlan {
         let northern: Vec<(f64, f64)> =
             (0..grid.height().div_ceil(2)).map(|row| grid.cosine_sine(row)).collect();
         let rows = Rows::new(&northern, degree);
-        Self { degree, level, rows, along_rows: ForEachSample::new(), grid }
+        Self { degree, level, rows, along_rows: ForEachPrecision::new(), grid }
     }
 
-    pub(super) fn along_rows<T: Sample>(&self) -> &AlongRows<T> {
+    pub(super) fn along_rows<T: Precision>(&self) -> &AlongRows<T> {
         self.along_rows.get(|| AlongRows {
             fourier: Fourier::new(self.level, self.grid.width(), self.grid.height(), self.degree),
             fourier_scratch: Spare::default(),
@@ -86,7 +86,7 @@ impl TransformPlan {
     }
 
     /// Runs `work` with memory of this plan's size; what it holds on entry is arbitrary.
-    pub(super) fn with_workspace<T: Sample, R>(&self, work: impl FnOnce(&mut Workspace<T>) -> R) -> R {
+    pub(super) fn with_workspace<T: Precision, R>(&self, work: impl FnOnce(&mut Workspace<T>) -> R) -> R {
         let mut workspace = self.along_rows::<T>().workspaces.take();
         let orders = self.degree + 1;
         workspace.groups.resize(orders * self.rows.groups(), [Vector8::ZERO; sums::PARTS]);

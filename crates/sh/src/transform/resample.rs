@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 
 use pulp::Simd;
 
-use super::sample::Sample;
+use super::precision::Precision;
 use super::sums::{Group, ODD, PARTS};
 use crate::f64x4::{Lanes, SimdLevel, WithLanes};
 use crate::fft::{Complex, Fft, Multiply, cis};
@@ -32,7 +32,7 @@ pub(super) const ORDERS: usize = 2 * LANES;
 const CHANNELS: usize = 3;
 
 /// The operator M for one number of rows.
-pub(super) struct Resample<T: Sample> {
+pub(super) struct Resample<T: Precision> {
     level: SimdLevel,
     height: usize,
     fft: Fft<Vector8<T>>,
@@ -47,13 +47,13 @@ pub(super) struct Resample<T: Sample> {
 
 /// The memory of one task.
 #[derive(Default)]
-pub(super) struct ResampleScratch<T: Sample> {
+pub(super) struct ResampleScratch<T: Precision> {
     /// The circles of each channel, interleaved.
     circle: Vec<Complex<Vector8<T>>>,
     fft: Vec<Complex<Vector8<T>>>,
 }
 
-impl<T: Sample> Resample<T> {
+impl<T: Precision> Resample<T> {
     /// Prepares M for `height` rows; `scale` multiplies the result.
     pub(super) fn new(level: SimdLevel, height: usize, scale: f64) -> Self {
         let samples = 2 * height;
@@ -145,7 +145,7 @@ struct Close<'a, T> {
     circle: &'a mut [Complex<Vector8<T>>],
 }
 
-impl<T: Sample> WithLanes for Close<'_, T> {
+impl<T: Precision> WithLanes for Close<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -189,12 +189,12 @@ impl<T: Sample> WithLanes for Close<'_, T> {
 
 /// Four tables with rows and columns exchanged.
 #[inline(always)]
-fn transposed<T: Sample, S: Lanes>(simd: S, [a, b, c, d]: [Tile<T>; 4]) -> [Tile<T>; 4] {
+fn transposed<T: Precision, S: Lanes>(simd: S, [a, b, c, d]: [Tile<T>; 4]) -> [Tile<T>; 4] {
     [T::transpose(simd, a), T::transpose(simd, b), T::transpose(simd, c), T::transpose(simd, d)]
 }
 
 #[inline(always)]
-fn load_parts<T: Sample, S: Simd>(
+fn load_parts<T: Precision, S: Simd>(
     simd: S,
     group: &Group<T>,
     part: usize,
@@ -204,13 +204,13 @@ fn load_parts<T: Sample, S: Simd>(
 }
 
 /// Takes circles back to columns: weights times these, and what the nodes between the rows add.
-struct Open<'a, T: Sample> {
+struct Open<'a, T: Precision> {
     resample: &'a Resample<T>,
     circle: &'a [Complex<Vector8<T>>],
     columns: &'a mut [Group<T>],
 }
 
-impl<T: Sample> WithLanes for Open<'_, T> {
+impl<T: Precision> WithLanes for Open<'_, T> {
     type Output = ();
 
     #[inline(always)]

@@ -1,56 +1,51 @@
-//! The precisions of pixels, and what a plan holds for each of them.
+//! The transforms of each precision.
+//!
+//! They are compiled here, once for `f32` and once for `f64`. A crate that calls a generic function compiles
+//! it again, in parts of its own between which nothing is inlined: then these take up to three times as long.
 
-use std::sync::OnceLock;
+use super::analysis::{Colatitude, analyse};
+use super::fourier::ImageRows;
+use super::plan::TransformPlan;
+use super::precision::Precision;
+use super::synthesis::synthesise;
+use crate::{Expansion, Stop, Stopped};
 
 /// A channel of a pixel: `f32` or `f64`.
-pub trait Sample: private::Sealed {}
+pub trait Sample: Precision {
+    /// [`super::Transform::analyse_rows`] into `expansion`.
+    #[doc(hidden)]
+    fn analyse(
+        plan: &TransformPlan,
+        colatitude: &Colatitude,
+        image: &dyn ImageRows<Self>,
+        stop: Stop<'_>,
+        expansion: &mut Expansion,
+    ) -> Result<(), Stopped>;
 
-mod private {
-    use std::sync::OnceLock;
+    /// [`super::Synthesis::synthesise_into`] with the plan.
+    #[doc(hidden)]
+    fn synthesise(plan: &TransformPlan, expansion: &Expansion, pixels: &mut [[Self; 3]]);
+}
 
-    use crate::transform::sample::{ForEachSample, PerSample, Sample};
+macro_rules! sample {
+    ($sample:ty) => {
+        impl Sample for $sample {
+            fn analyse(
+                plan: &TransformPlan,
+                colatitude: &Colatitude,
+                image: &dyn ImageRows<Self>,
+                stop: Stop<'_>,
+                expansion: &mut Expansion,
+            ) -> Result<(), Stopped> {
+                analyse(plan, colatitude, image, stop, expansion)
+            }
 
-    pub trait Sealed: crate::vector::Real {
-        fn choose<P: PerSample>(values: &ForEachSample<P>) -> &OnceLock<P::Of<Self>>
-        where
-            Self: Sample;
-    }
-
-    impl Sealed for f32 {
-        fn choose<P: PerSample>(values: &ForEachSample<P>) -> &OnceLock<P::Of<Self>> {
-            &values.single
+            fn synthesise(plan: &TransformPlan, expansion: &Expansion, pixels: &mut [[Self; 3]]) {
+                synthesise(plan, expansion, pixels);
+            }
         }
-    }
-
-    impl Sealed for f64 {
-        fn choose<P: PerSample>(values: &ForEachSample<P>) -> &OnceLock<P::Of<Self>> {
-            &values.double
-        }
-    }
+    };
 }
 
-impl Sample for f32 {}
-impl Sample for f64 {}
-
-/// A type for each type of samples.
-pub trait PerSample {
-    /// The type for this one.
-    type Of<T: Sample>;
-}
-
-/// A value for each type of samples, made when it is first used.
-pub struct ForEachSample<P: PerSample> {
-    single: OnceLock<P::Of<f32>>,
-    double: OnceLock<P::Of<f64>>,
-}
-
-impl<P: PerSample> ForEachSample<P> {
-    pub(super) const fn new() -> Self {
-        Self { single: OnceLock::new(), double: OnceLock::new() }
-    }
-
-    /// The value for samples of type `T`.
-    pub(super) fn get<T: Sample>(&self, make: impl FnOnce() -> P::Of<T>) -> &P::Of<T> {
-        T::choose(self).get_or_init(make)
-    }
-}
+sample!(f32);
+sample!(f64);

@@ -5,7 +5,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::sample::Sample;
+use super::precision::Precision;
 use crate::legendre::{Argument, Form, LegendreRecurrence, Sectoral, Step, enter, least_sine};
 use crate::vector::{F64x8, LANES, Vector8, registers};
 
@@ -235,7 +235,7 @@ pub(crate) struct Evaluate<'a, T> {
     pub(crate) columns: &'a mut [Group<T>],
 }
 
-impl<T: Sample> WithSimd for Evaluate<'_, T> {
+impl<T: Precision> WithSimd for Evaluate<'_, T> {
     type Output = ();
 
     #[inline(always)]

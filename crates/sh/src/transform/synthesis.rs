@@ -5,108 +5,51 @@ use std::ops::Range;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::grid::Grid;
-use super::plan::{TransformError, TransformPlan, Workspace, blocks_of_orders};
-use super::sample::Sample;
+use super::plan::{TransformPlan, Workspace, blocks_of_orders};
+use super::precision::Precision;
 use super::sums::{Evaluate, Group, ODD, PARTS};
-use crate::f64x4::SimdLevel;
+use crate::Expansion;
 use crate::legendre::LegendreRecurrence;
 use crate::vector::LANES;
-use crate::{Degree, Expansion};
 
-/// A plan for synthesis alone: the values of an expansion at the pixels of any grid, however coarse.
-///
-/// Unlike [`crate::Transform`] it works with any number of rows and columns: values are those of the function
-/// at the pixel centres.
-pub struct Synthesis {
-    plan: TransformPlan,
-    degree: Degree,
-}
+/// The pixels of an expansion whose degree is at most that of the plan.
+pub(super) fn synthesise<T: Precision>(plan: &TransformPlan, expansion: &Expansion, pixels: &mut [[T; 3]]) {
+    assert_eq!(pixels.len(), plan.grid.len(), "the number of pixels is not that of the grid");
+    plan.with_workspace(|Workspace::<T> { groups, .. }| {
+        let count = plan.rows.groups();
+        let blocks = blocks_of_orders(plan.degree, ORDERS);
+        groups.par_chunks_mut(ORDERS * count).zip(blocks).for_each_init(
+            SynthesisScratch::default,
+            |scratch, (columns, block)| {
+                scratch.gather(expansion, block.clone(), plan.degree);
+                for (m, column) in block.zip(columns.chunks_exact_mut(count)) {
+                    scratch.evaluate(plan, m, column);
+                }
+            },
+        );
 
-impl Synthesis {
-    /// A plan for `degree` on a [`sphere::LatLong`] or [`crate::GaussGrid`].
-    ///
-    /// # Errors
-    /// If the grid has no pixel.
-    pub fn new(grid: impl Into<Grid>, degree: Degree) -> Result<Self, TransformError> {
-        Self::at_level(SimdLevel::detect(), grid.into(), degree)
-    }
-
-    pub(super) fn at_level(level: SimdLevel, grid: Grid, degree: Degree) -> Result<Self, TransformError> {
-        if grid.is_empty() {
-            return Err(TransformError::Empty { columns: grid.width(), rows: grid.height() });
-        }
-        Ok(Self { plan: TransformPlan::new(level, grid, degree.get()), degree })
-    }
-
-    /// The grid of the pixels.
-    pub fn grid(&self) -> &Grid {
-        &self.plan.grid
-    }
-
-    /// The highest l.
-    pub fn degree(&self) -> Degree {
-        self.degree
-    }
-
-    pub(super) fn plan(&self) -> &TransformPlan {
-        &self.plan
-    }
-
-    /// The image of an expansion; its degree may be lower than that of the plan.
-    ///
-    /// # Panics
-    /// If the expansion's degree is past that of the plan.
-    pub fn synthesise<T: Sample>(&self, expansion: &Expansion) -> Vec<[T; 3]> {
-        let mut pixels = vec![[T::ZERO; 3]; self.plan.grid.len()];
-        self.synthesise_into(expansion, &mut pixels);
-        pixels
-    }
-
-    /// [`Synthesis::synthesise`] into memory of the caller.
-    ///
-    /// # Panics
-    /// If the expansion's degree is past that of the plan, or the number of pixels is not that of the grid.
-    pub fn synthesise_into<T: Sample>(&self, expansion: &Expansion, pixels: &mut [[T; 3]]) {
-        let plan = &self.plan;
-        assert!(expansion.degree() <= self.degree, "the expansion's degree is past that of the plan");
-        assert_eq!(pixels.len(), plan.grid.len(), "the number of pixels is not that of the grid");
-        plan.with_workspace(|Workspace::<T> { groups, .. }| {
-            let count = plan.rows.groups();
-            let blocks = blocks_of_orders(plan.degree, ORDERS);
-            groups.par_chunks_mut(ORDERS * count).zip(blocks).for_each_init(
-                SynthesisScratch::default,
-                |scratch, (columns, block)| {
-                    scratch.gather(expansion, block.clone(), plan.degree);
-                    for (m, column) in block.zip(columns.chunks_exact_mut(count)) {
-                        scratch.evaluate(plan, m, column);
-                    }
-                },
-            );
-
-            let (width, height) = (plan.grid.width(), plan.grid.height());
-            let (mut north, mut south) = pixels.split_at_mut(height.div_ceil(2) * width);
-            let tasks: Vec<_> = (0..count)
-                .map(|_| {
-                    let first = (LANES * width).min(north.len());
-                    let (top, rest) = std::mem::take(&mut north).split_at_mut(first);
-                    north = rest;
-                    let last = south.len() - (LANES * width).min(south.len());
-                    let (rest, bottom) = std::mem::take(&mut south).split_at_mut(last);
-                    south = rest;
-                    (top, bottom)
-                })
-                .collect();
-            let groups: &[Group<T>] = groups;
-            let along_rows = plan.along_rows::<T>();
-            tasks.into_par_iter().enumerate().for_each_init(
-                || along_rows.fourier_scratch.take(),
-                |scratch, (group, (north, south))| {
-                    along_rows.fourier.synthesise(|m| &groups[m * count + group], scratch, north, south);
-                },
-            );
-        });
-    }
+        let (width, height) = (plan.grid.width(), plan.grid.height());
+        let (mut north, mut south) = pixels.split_at_mut(height.div_ceil(2) * width);
+        let tasks: Vec<_> = (0..count)
+            .map(|_| {
+                let first = (LANES * width).min(north.len());
+                let (top, rest) = std::mem::take(&mut north).split_at_mut(first);
+                north = rest;
+                let last = south.len() - (LANES * width).min(south.len());
+                let (rest, bottom) = std::mem::take(&mut south).split_at_mut(last);
+                south = rest;
+                (top, bottom)
+            })
+            .collect();
+        let groups: &[Group<T>] = groups;
+        let along_rows = plan.along_rows::<T>();
+        tasks.into_par_iter().enumerate().for_each_init(
+            || along_rows.fourier_scratch.take(),
+            |scratch, (group, (north, south))| {
+                along_rows.fourier.synthesise(|m| &groups[m * count + group], scratch, north, south);
+            },
+        );
+    });
 }
 
 /// Orders in one task of the Legendre sums: their coefficients of one degree are adjacent.
@@ -142,7 +85,7 @@ impl SynthesisScratch {
     }
 
     /// The Fourier coefficients of one order at every pair of rows.
-    fn evaluate<T: Sample>(&mut self, plan: &TransformPlan, m: usize, column: &mut [Group<T>]) {
+    fn evaluate<T: Precision>(&mut self, plan: &TransformPlan, m: usize, column: &mut [Group<T>]) {
         self.recurrence.prepare(m, plan.degree);
         self.terms.resize(self.recurrence.steps().len(), [0.0; PARTS]);
         let order = m % ORDERS;
