@@ -213,6 +213,7 @@ impl BuildSession {
             disk,
             cancel,
             memory: &self.memory,
+            derived: &self.derived,
             running: &running,
             watched: self.watched.as_ref(),
             gate: Arc::default(),

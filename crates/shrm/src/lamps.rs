@@ -12,6 +12,8 @@
 //!
 //! For readers that cannot, [`Reflection::bake`](crate::Reflection::bake) puts them into the map.
 
+use std::f64::consts::PI;
+
 use brdf::{Centre, Material};
 use rayon::prelude::*;
 use sh::{Light, POINT};
@@ -57,6 +59,12 @@ pub struct LampLevels {
     /// The points for features of the highlight's width, of twice that, and so on: directions with their
     /// shares of the flux.
     pub levels: Vec<Vec<(Direction, f64)>>,
+    /// The squares of the distances between the lamp's centre and the mirror image of the view from which on
+    /// the centre is enough, and from which on each level is.
+    centre_from: f64,
+    levels_from: Vec<f64>,
+    /// The height of the lamp's centre above the horizon from which on all of the lamp is seen.
+    whole_from: f64,
 }
 
 /// The most points of all lamps together, where each view is to see the same ones.
@@ -91,7 +99,21 @@ impl Lamps {
                     break;
                 }
             }
-            LampLevels { light: *light, flux: light.flux(), centre: [(light.direction, 1.0)], levels }
+            // A feature is as wide as this at some distance, or nowhere.
+            let from = |feature: f64| match feature / TAIL + light.radius {
+                away if feature <= WIDEST && away <= PI => math::powi(2.0 * math::sin(0.5 * away), 2),
+                _ => f64::INFINITY,
+            };
+            let levels_from = (0..levels.len()).map(|level| from(width * math::powi(2.0, level as i32)));
+            LampLevels {
+                light: *light,
+                flux: light.flux(),
+                centre: [(light.direction, 1.0)],
+                centre_from: from(light.radius / POINT),
+                levels_from: levels_from.collect(),
+                whole_from: math::sin(light.radius),
+                levels,
+            }
         };
         let lamps = self.lights.par_iter().map(levels).collect();
         LampPoints { material: &self.material, turns: self.material.turns(), width, lamps }
@@ -165,7 +187,7 @@ impl LampPoints<'_> {
         let (view, mut sum) = (Direction::normalised(view), [0.0; 3]);
         for lamp in &self.lamps {
             let centre = into_surface * lamp.light.direction.vector();
-            for (direction, share) in lamp.points(centre, mirrored, self.width) {
+            for (direction, share) in lamp.points(centre, mirrored) {
                 let incident = Direction::normalised(into_surface * direction.vector());
                 let rho = self.material.mean_over_turns(self.turns, incident, view);
                 (0..3).for_each(|channel| sum[channel] += lamp.flux[channel] * share * rho[channel]);
@@ -199,23 +221,20 @@ impl LampPoints<'_> {
 
 impl LampLevels {
     /// The points that a surface sees, with their shares of the flux: `centre` is the direction of the lamp's
-    /// centre and `mirrored` the mirror image of the view, both in the surface's frame; `width` is the
-    /// highlight's.
-    pub fn points(&self, centre: DVec3, mirrored: DVec3, width: f64) -> &[(Direction, f64)] {
-        let [finest, .., coarsest] = self.levels.as_slice() else {
-            return self.levels.first().map_or(&[], Vec::as_slice);
-        };
-        let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - self.light.radius;
-        let feature = (TAIL * away).min(WIDEST);
-        let is_whole = centre.z.abs() > math::sin(self.light.radius);
-        if is_whole && self.light.radius <= POINT * feature {
-            return &self.centre;
-        }
-        if feature < 2.0 * width {
+    /// centre and `mirrored` the mirror image of the view, both in the surface's frame. They are dense enough
+    /// for the features of what is reflected there: those whose width is [`TAIL`] of the distance from the
+    /// lamp's edge, but at most [`WIDEST`].
+    pub fn points(&self, centre: DVec3, mirrored: DVec3) -> &[(Direction, f64)] {
+        let [finest, others @ ..] = self.levels.as_slice() else { return &[] };
+        if others.is_empty() {
             return finest;
         }
-        let level = math::log2(feature / width) as usize;
-        self.levels.get(level).unwrap_or(coarsest)
+        let distance = centre.distance_squared(mirrored);
+        if distance >= self.centre_from && centre.z.abs() > self.whole_from {
+            return &self.centre;
+        }
+        let wide = self.levels_from[1..].iter().take_while(|from| distance >= **from).count();
+        &self.levels[wide]
     }
 }
 

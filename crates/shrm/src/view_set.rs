@@ -11,7 +11,7 @@ use sphere::{Direction, LatLong};
 
 use crate::azimuth::mean_slices;
 use crate::blocks::for_each;
-use crate::mean_lobe::MeanLobe;
+use crate::mean_lobe::{DiskMeans, MeanLobe};
 use crate::view_table::view_table;
 use crate::{Fit, FitError, Lamps, MapGrid, Shrm, View, fit_angles, fit_views, icosahedron, into_frame};
 
@@ -199,9 +199,10 @@ impl ViewSet {
                 *value = for_views.added(*value, central, kind.to_world(central, view));
             })?;
         }
+        let disks = DiskMeans::new(&lamps.lights);
         for (slice, angle) in self.maps.chunks_exact_mut(grid.len()).zip(self.views.angles()) {
             let lobe = MeanLobe::ring(&lamps.material, *angle);
-            let ring = lobe.of(&lamps.lights);
+            let ring = lobe.over(&lamps.lights, &disks);
             for_each(slice, stop, |texel, value| {
                 let lamps = ring.radiance(grid.direction(texel));
                 *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);

@@ -38,6 +38,7 @@ pub(crate) struct RunContext<'a> {
     pub(crate) publisher: &'a Publisher<'a>,
     pub(crate) cancel: &'a Cancel,
     pub(crate) memory: &'a Memory,
+    pub(crate) derived: &'a Memory,
     pub(crate) running: &'a Arc<RunningBuild>,
     /// What a watcher knows of files that programs write, if there is a watcher.
     pub(crate) watched: Option<&'a WatchedChanges>,
@@ -335,7 +336,7 @@ impl RunContext<'_> {
             .with_folder(self.check.folder.to_path_buf())
             .with_out(self.check.plan.out.clone())
             .with_scratch(self.check.state.store.temporary_folder());
-        context.derived = DerivedValues { memory: Some(self.memory) };
+        context.derived = DerivedValues { memory: Some(self.derived) };
         context.files.kept =
             self.keep_scratch.then(|| self.check.state.store.kept_folder(&self.check.name(request.item)));
         context.reporter.stale = Some(self.running.stale_flag(request.item));

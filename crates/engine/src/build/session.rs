@@ -31,6 +31,8 @@ pub struct BuildSession {
     /// The files that the items of the last build read, and those that the running build has read so far.
     reads: Mutex<(Arc<ReadSet>, Arc<ReadSet>)>,
     pub(crate) memory: Memory,
+    /// What kinds compute from artifacts.
+    pub(crate) derived: Memory,
     pub(crate) saved: Mutex<SavedState>,
     /// What a watcher knows of files that programs write, if there is a watcher.
     pub(crate) watched: Option<WatchedChanges>,
@@ -38,6 +40,9 @@ pub struct BuildSession {
     running: Mutex<Weak<RunningBuild>>,
     pub(crate) reported_warnings: Mutex<Vec<String>>,
 }
+
+/// The most bytes of values that kinds compute from artifacts: they serve the items of one build already.
+const DERIVED_BYTES: u64 = 128 << 20;
 
 /// So many threads.
 ///
@@ -183,6 +188,7 @@ impl BuildSession {
             wanted_pool,
             reads: Mutex::default(),
             memory: Memory::new(memory),
+            derived: Memory::new(DERIVED_BYTES),
             saved: Mutex::default(),
             watched: None,
             running: Mutex::default(),

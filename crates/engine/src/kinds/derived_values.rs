@@ -1,4 +1,4 @@
-//! Values that a kind computes from an artifact, kept in memory for later runs of the same process.
+//! Values that kinds compute from an artifact, kept in memory for other items and later builds of the process.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -6,13 +6,12 @@ use std::sync::Arc;
 use crate::key::Digest;
 use crate::storage::Memory;
 
-/// Keeps values that kinds compute from artifacts, for later runs that need the same ones: under `watch`, an
-/// edit of a material leaves what was computed of the light as it was.
+/// Keeps values that kinds compute from artifacts, for other items that need the same ones and for later
+/// builds of a watcher: an edit of a material leaves what was computed of the light as it was.
 ///
 /// It is a memory of pure functions: a value depends on nothing but the artifact (or what else the digest is
-/// of) and the numbers that name it, so that outputs have the same bytes with and without it. Values share
-/// the memory of `watch` for decoded artifacts, and those that were not used for the longest time are dropped
-/// first; a build without a watcher keeps none.
+/// of) and the numbers that name it, so that outputs have the same bytes with and without it. It keeps 128 MB
+/// at most; values that were not used for the longest time are dropped first.
 #[derive(Clone, Copy, Default)]
 pub struct DerivedValues<'a> {
     pub(crate) memory: Option<&'a Memory>,

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use brdf::BrdfCoefficients;
 use engine::{Failure, Reporter};
 use sh::Expansion;
-use shrm::{MapGrid, MapViews, MeanLight, MeanLobe, Plain, Reflection, Shrm, Terms, View};
+use shrm::{DiskMeans, MapGrid, MapViews, MeanLight, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
 
 use crate::picture::report::figures::{Errors, Export, Method};
@@ -59,11 +59,11 @@ impl<'a> ExplicitMaps<'a> {
                 }
                 Method::KautzMccool => {
                     let rings = lamps.map(|lamps| {
-                        let ring = |angle: &f64| MeanLobe::ring(&lamps.material, *angle).of(&lamps.lights);
+                        let disks = DiskMeans::new(&lamps.lights);
+                        let lit = |lobe: &MeanLobe| lobe.over(&lamps.lights, &disks);
+                        let ring = |angle: &f64| lit(&MeanLobe::ring(&lamps.material, *angle));
                         match studied {
-                            Some(studied) => {
-                                studied.rings().iter().map(|lobe| lobe.of(&lamps.lights)).collect()
-                            }
+                            Some(studied) => studied.rings().iter().map(lit).collect(),
                             // A reflection that is connected may be of other parameters.
                             None => angles().angles().iter().map(ring).collect(),
                         }
