@@ -20,7 +20,7 @@ schema = 1
 
 [stage.environment]
 kind = "import-environment"
-source = "STUDIO"
+source = "studio.exr"
 resolution = 8
 
 [stage.material]
@@ -60,11 +60,10 @@ struct TestProject {
 impl TestProject {
     fn new(pipeline: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let studio =
-            concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/environments/studio.exr").replace('\\', "/");
+        let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments/studio.exr");
+        fs::copy(studio, folder.path().join("studio.exr")).unwrap();
         let manifest = folder.path().join("pipeline.toml");
-        let text = pipeline.replace("\"STUDIO\"", &format!("'{studio}'"));
-        fs::write(&manifest, text).unwrap();
+        fs::write(&manifest, pipeline).unwrap();
         fs::create_dir(folder.path().join("paint")).unwrap();
         fs::write(folder.path().join("paint/gold.toml"), GOLD).unwrap();
         fs::write(folder.path().join("paint/tin.toml"), "model = \"lambert\"\nalbedo = 0.5\n").unwrap();
