@@ -254,11 +254,8 @@ impl ExactLeaves {
                 }
             }
         }
-        for (u, cell) in u.iter_mut().zip(cells) {
-            if self.is_south(cell.0) {
-                *u = 1.0 - *u;
-            }
-        }
+        let southern = u.iter_mut().zip(cells).filter(|(_, cell)| self.is_south(cell.0));
+        southern.for_each(|(u, _)| *u = 1.0 - *u);
         for (k, density) in density[..most].iter().enumerate() {
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
             for i in 0..WIDTH {

@@ -14,8 +14,8 @@
 //! hides it, sin(phi - phi_v) = d cos(phi_v) - 1, or at the floor.
 //!
 //! Both parts are integrated in closed form, the highlight but for the integral of cos^(s+2), for which a
-//! material holds a Chebyshev series; shaders integrate it with Gauss' rule, to 3e-6. Poulin and Fournier take
-//! Chebyshev polynomials for it, too, and no factor c. Light and view count as 0.06 degrees above the
+//! material holds a Chebyshev series; shaders integrate it with Gauss' rule, to 3e-6. Poulin and Fournier
+//! take Chebyshev polynomials for it, too, and no factor c. Light and view count as 0.06 degrees above the
 //! horizon, as seen along the cylinders, if they are lower: nothing is seen of a cylinder from there.
 //!
 //! The model is reciprocal. Of a constant sky a view sees no more than one point of the surface reflects.
