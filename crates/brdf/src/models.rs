@@ -2,7 +2,7 @@
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Calls a macro with the list of the analytic models, each as `its_module::{ItsType, ItsConstants}`.
 ///

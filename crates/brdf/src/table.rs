@@ -40,7 +40,7 @@ pub use hemisphere::ViewCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// The lowest view of a table, in radians: 0.25 degrees above the horizon. Below it models limit the values
 /// that have no bound at grazing, each in its way; the coefficients themselves go on to a limit.

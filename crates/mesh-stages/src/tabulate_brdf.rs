@@ -37,8 +37,8 @@
 //! and `kajiya-kay` reflect light from below the horizon, and their tables include it (`incident` is
 //! `sphere`). `phong` and `lambert` are closed forms.
 //!
-//! `poulin-fournier` is integrated to 1e-5, and measured surfaces that depend on the tangent to 1e-3: they
-//! have kinks, measured surfaces between all of their nodes. They take a minute or more.
+//! `poulin-fournier` is integrated to 1e-4, and measured surfaces to 1e-3: they have kinks, measured
+//! surfaces between all of their nodes. Those that depend on the tangent take half a minute.
 //!
 //! ## Materials that vary over a surface
 //!

@@ -14,19 +14,22 @@ use std::f64::consts::PI;
 
 use pulp::Simd;
 use sh::Basis;
-use sh::f64x4::SimdLevel;
+use sh::f64x4::{Lanes, SimdLevel};
 
 use crate::LeafGrid;
 use crate::f32x8::{F32x8, LANES, load, store};
 use crate::synthesis::{Columns, Fourier};
-use crate::tables::Tables;
+use crate::tables::{ColumnTable, Tables};
 
 /// Terms of the Taylor series along a column, one for each lane: m h stays below pi / 6, and
 /// (pi / 6)^8 / 8! = 1e-7.
 const TAYLOR: usize = LANES;
 
-/// Points abreast: four vectors, whose steps fill each other's latency.
-pub(crate) const WIDTH: usize = 32;
+/// Vectors of points abreast: their steps fill each other's latency, and their sums fit into registers.
+const VECTORS: usize = 2;
+
+/// Points abreast.
+pub(crate) const WIDTH: usize = VECTORS * LANES;
 
 /// The largest number of terms, at degree 2048.
 const MOST_TERMS: usize = 64;
@@ -121,8 +124,8 @@ impl ExactLeaves {
         let orders = self.basis.degree().get() + 1;
         let width = 2.0 * PI / columns as f64;
         let mut legendre = vec![0.0; orders * (orders + 1) / 2];
-        let mut fourier = vec![[F32x8::ZERO; 2]; orders];
-        let mut output = vec![F32x8::ZERO; columns];
+        let mut fourier = [(); 2].map(|()| vec![[F32x8::ZERO; 2]; orders]);
+        let mut output = [(); 2].map(|()| vec![F32x8::ZERO; columns]);
         for north in 0..rows / 2 {
             let Row { terms, middle, half, .. } = self.rows[north];
             // A_m and B_m at Chebyshev's nodes, by hemisphere, and sin(theta) there.
@@ -152,53 +155,58 @@ impl ExactLeaves {
             };
             let weights: Vec<Vec<f64>> =
                 (0..terms).map(|k| (0..terms).map(|j| weight(k, j)).collect()).collect();
-            for (hemisphere, row) in [north, rows - 1 - north].into_iter().enumerate() {
-                // A_m and B_m of a term, and those of sin(theta) f.
-                let term = |k: usize, m: usize, sines: Option<&[f64]>| -> [f32; 2] {
-                    let mut sums = [0.0; 2];
-                    for (j, weight) in weights[k].iter().enumerate() {
-                        let factor = weight * sines.map_or(1.0, |sines| sines[j]);
-                        let [a, b] = values[j][hemisphere][m];
-                        sums = [sums[0] + factor * a, sums[1] + factor * b];
-                    }
-                    sums.map(|sum| sum as f32)
-                };
-                let first = self.rows[row].start * columns;
-                for block in (0..terms).step_by(LANES) {
-                    let lanes = LANES.min(terms - block);
+            // A_m and B_m of a term in a hemisphere, and those of sin(theta) f.
+            let term = |k: usize, hemisphere: usize, m: usize, sines: Option<&[f64]>| -> [f32; 2] {
+                let mut sums = [0.0; 2];
+                for (j, weight) in weights[k].iter().enumerate() {
+                    let factor = weight * sines.map_or(1.0, |sines| sines[j]);
+                    let [a, b] = values[j][hemisphere][m];
+                    sums = [sums[0] + factor * a, sums[1] + factor * b];
+                }
+                sums.map(|sum| sum as f32)
+            };
+            let first = |row: usize| self.rows[row].start * columns;
+            let both = [north, rows - 1 - north];
+            for block in (0..terms).step_by(LANES) {
+                let lanes = LANES.min(terms - block);
+                for (hemisphere, fourier) in fourier.iter_mut().enumerate() {
                     for (m, fourier) in fourier.iter_mut().enumerate() {
                         *fourier = [F32x8::ZERO; 2];
                         for lane in 0..lanes {
-                            let [a, b] = term(block + lane, m, Some(&sines));
+                            let [a, b] = term(block + lane, hemisphere, m, Some(&sines));
                             (fourier[0].0[lane], fourier[1].0[lane]) = (a, b);
                         }
                     }
-                    let floors: [f32; LANES] = from_fn(|lane| {
-                        let weights = weights.get(block + lane).into_iter().flatten().zip(&sines);
-                        let sum: f64 = weights.map(|(weight, sine)| weight * sine).sum();
-                        (f64::from(floor) * width * sum) as f32
-                    });
-                    let (table, at_edges) = (&tables.column_masses, false);
-                    level.run(Columns { table, rows: &fourier, at_edges, output: &mut output });
+                }
+                let floors: [f32; LANES] = from_fn(|lane| {
+                    let weights = weights.get(block + lane).into_iter().flatten().zip(&sines);
+                    let sum: f64 = weights.map(|(weight, sine)| weight * sine).sum();
+                    (f64::from(floor) * width * sum) as f32
+                });
+                synthesise(level, &tables.column_masses, &fourier, &mut output);
+                for (row, output) in both.into_iter().zip(&output) {
                     for (column, value) in output.iter().enumerate() {
                         let sign = sign(row, column);
-                        let leaf = &mut self.densities[first + column * terms + block..][..lanes];
+                        let leaf = &mut self.densities[first(row) + column * terms + block..][..lanes];
                         for (lane, to) in leaf.iter_mut().enumerate() {
                             *to = sign * value.0[lane] + floors[lane];
                         }
                     }
                 }
-                for k in 0..terms {
+            }
+            for k in 0..terms {
+                for (hemisphere, fourier) in fourier.iter_mut().enumerate() {
                     for (m, (fourier, taylor)) in fourier.iter_mut().zip(&self.taylor).enumerate() {
-                        *fourier = along_column(term(k, m, None), taylor);
+                        *fourier = along_column(term(k, hemisphere, m, None), taylor);
                     }
-                    let (table, at_edges) = (&tables.column_middles, false);
-                    level.run(Columns { table, rows: &fourier, at_edges, output: &mut output });
+                }
+                synthesise(level, &tables.column_middles, &fourier, &mut output);
+                for (row, output) in both.into_iter().zip(&output) {
                     for (column, value) in output.iter().enumerate() {
                         let sign = sign(row, column);
                         let mut value = value.0.map(|value| sign * value);
                         value[0] += if k == 0 { floor } else { 0.0 };
-                        self.series[first + column * terms + k] = F32x8(value);
+                        self.series[first(row) + column * terms + k] = F32x8(value);
                     }
                 }
             }
@@ -227,9 +235,9 @@ impl ExactLeaves {
 
     /// Places of points in leaves that are not flat, and their densities relative to a uniform one.
     #[inline(always)]
-    pub(crate) fn draw<S: Simd>(
+    pub(crate) fn draw<L: Lanes>(
         &self,
-        simd: S,
+        lanes: L,
         scratch: &mut Scratch,
         cells: &[(usize, usize); WIDTH],
         rest: &[[f32; WIDTH]; 2],
@@ -237,18 +245,17 @@ impl ExactLeaves {
         let most = cells.iter().map(|cell| self.rows[cell.0].terms).max().unwrap_or(1);
         let Scratch { density, integral, chebyshev } = scratch;
         let (mut u, mut first, mut last) = (rest[0], [0.0f32; WIDTH], [0.0f32; WIDTH]);
-        for (i, &(row, column)) in cells.iter().enumerate() {
-            let (leaf, _) = self.leaf(row, column);
-            for (to, from) in density.iter_mut().zip(leaf) {
-                to[i] = *from;
-            }
-            for to in &mut density[leaf.len()..most] {
-                to[i] = 0.0;
-            }
-            if self.is_south(row) {
-                u[i] = 1.0 - u[i];
+        for (first, cells) in cells.as_chunks::<LANES>().0.iter().enumerate() {
+            let leaves = cells.map(|(row, column)| self.leaf(row, column).0);
+            for term in (0..most).step_by(LANES) {
+                let terms = lanes.transpose_f32s(leaves.map(|leaf| block(&leaf[term.min(leaf.len())..])));
+                for (density, terms) in density[term..].iter_mut().zip(terms) {
+                    density[first * LANES..][..LANES].copy_from_slice(&terms);
+                }
             }
         }
+        let southern = u.iter_mut().zip(cells).filter(|(_, cell)| self.is_south(cell.0));
+        southern.for_each(|(u, _)| *u = 1.0 - *u);
         for (k, density) in density[..most].iter().enumerate() {
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
             for i in 0..WIDTH {
@@ -264,29 +271,30 @@ impl ExactLeaves {
             }
         }
         let pair = ChebyshevPair { integral: &integral[..=most], density: &density[..most] };
-        let tau = solve(times(&u, &whole), start(&first, &last, &u), &pair);
-        for i in 0..WIDTH {
-            (chebyshev[0][i], chebyshev[1][i]) = (1.0, tau[i]);
-        }
-        for k in 2..most {
-            for i in 0..WIDTH {
-                chebyshev[k][i] = (2.0 * tau[i]).mul_add(chebyshev[k - 1][i], -chebyshev[k - 2][i]);
+        let tau = solve(lanes, times(&u, &whole), start(&first, &last, &u), &pair);
+        for k in 0..VECTORS {
+            let tau = eight(lanes, &tau, k);
+            let twice = lanes.add_f32s(tau, tau);
+            let (mut before, mut now) = (tau, lanes.splat_f32s(1.0));
+            for chebyshev in &mut chebyshev[..most] {
+                set_eight(lanes, now, chebyshev, k);
+                (before, now) = (now, lanes.mul_add_f32s(twice, now, lanes.neg_f32s(before)));
             }
         }
         let mut by_point = [F32x8::ZERO; WIDTH];
         for (i, &(row, column)) in cells.iter().enumerate() {
             let (_, series) = self.leaf(row, column);
-            let mut sum = simd.splat_f32s(0.0);
+            let mut sum = lanes.splat_f32s(0.0);
             for (term, chebyshev) in series.iter().zip(chebyshev.iter()) {
-                sum = simd.mul_add_f32s(load(simd, term), simd.splat_f32s(chebyshev[i]), sum);
+                sum = lanes.mul_add_f32s(load(lanes, term), lanes.splat_f32s(chebyshev[i]), sum);
             }
-            store(simd, sum, &mut by_point[i]);
+            store(lanes, sum, &mut by_point[i]);
         }
         let mut along = [[0.0f32; WIDTH]; TAYLOR];
         let mut total = [[0.0f32; WIDTH]; TAYLOR + 1];
-        for k in 0..TAYLOR {
-            for i in 0..WIDTH {
-                along[k][i] = by_point[i].0[k];
+        for (first, points) in by_point.as_chunks::<LANES>().0.iter().enumerate() {
+            for (along, powers) in along.iter_mut().zip(lanes.transpose_f32s(points.map(|point| point.0))) {
+                along[first * LANES..][..LANES].copy_from_slice(&powers);
             }
         }
         let (mut first, mut last) = ([0.0f32; WIDTH], [0.0f32; WIDTH]);
@@ -308,7 +316,7 @@ impl ExactLeaves {
             above[i] -= below[i];
         }
         let pair = PolynomialPair { integral: &total, density: &along };
-        let delta = solve(times(&rest[1], &above), start(&first, &last, &rest[1]), &pair);
+        let delta = solve(lanes, times(&rest[1], &above), start(&first, &last, &rest[1]), &pair);
         let (_, f) = pair.at(&delta);
         let (mut middle, mut half) = ([0.0f32; WIDTH], [0.0f32; WIDTH]);
         let (mut from_pole, mut is_south) = ([0.0f32; WIDTH], [false; WIDTH]);
@@ -365,6 +373,18 @@ impl ExactLeaves {
     }
 }
 
+/// Values in the middles of all columns, from A_m and B_m of both hemispheres.
+fn synthesise(
+    level: SimdLevel,
+    table: &ColumnTable,
+    fourier: &[Vec<Fourier>; 2],
+    output: &mut [Vec<F32x8>; 2],
+) {
+    let rows = fourier.each_ref().map(Vec::as_slice);
+    let output = output.each_mut().map(Vec::as_mut_slice);
+    level.run(Columns { table, rows, at_edges: false, output });
+}
+
 /// The Taylor series of A cos(m phi) + B sin(m phi) along a column, as the factors of cos(m phi) and sin(m
 /// phi) at the column's centre.
 fn along_column([a, b]: [f32; 2], taylor: &[f32; TAYLOR]) -> Fourier {
@@ -375,6 +395,28 @@ fn along_column([a, b]: [f32; 2], taylor: &[f32; TAYLOR]) -> Fourier {
 /// 1 / (k + 1).
 const INVERSES: [f32; TAYLOR] =
     [1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0, 1.0 / 8.0];
+
+/// The first numbers of a slice, then zeros.
+#[inline(always)]
+fn block(values: &[f32]) -> [f32; LANES] {
+    let mut block = [0.0; LANES];
+    match values.first_chunk() {
+        Some(whole) => block = *whole,
+        None => block[..values.len()].copy_from_slice(values),
+    }
+    block
+}
+
+/// The k-th vector of some points' numbers.
+#[inline(always)]
+fn eight<S: Simd>(_: S, values: &[f32; WIDTH], k: usize) -> S::f32s {
+    pulp::cast(values.as_chunks::<LANES>().0[k])
+}
+
+#[inline(always)]
+fn set_eight<S: Simd>(_: S, vector: S::f32s, values: &mut [f32; WIDTH], k: usize) {
+    values.as_chunks_mut::<LANES>().0[k] = pulp::cast(vector);
+}
 
 #[inline(always)]
 fn times(a: &[f32; WIDTH], b: &[f32; WIDTH]) -> [f32; WIDTH] {
@@ -420,26 +462,33 @@ trait Increasing {
 
 /// Where increasing functions on [-1, 1] reach their targets.
 #[inline(always)]
-fn solve(target: [f32; WIDTH], start: [f32; WIDTH], f: &impl Increasing) -> [f32; WIDTH] {
+fn solve<S: Simd>(simd: S, target: [f32; WIDTH], start: [f32; WIDTH], f: &impl Increasing) -> [f32; WIDTH] {
     let mut x = start;
-    let (mut low, mut high) = ([-1.0f32; WIDTH], [1.0f32; WIDTH]);
-    let mut open = [true; WIDTH];
+    let (mut low, mut high) = ([simd.splat_f32s(-1.0); VECTORS], [simd.splat_f32s(1.0); VECTORS]);
+    let zero = simd.splat_f32s(0.0);
+    let mut open = [simd.less_than_f32s(zero, simd.splat_f32s(1.0)); VECTORS];
     for _ in 0..24 {
         let (value, slope) = f.at(&x);
         let mut any_open = false;
-        for i in 0..WIDTH {
-            let excess = value[i] - target[i];
-            low[i] = if excess > 0.0 { low[i] } else { x[i] };
-            high[i] = if excess > 0.0 { x[i] } else { high[i] };
-            let newton = x[i] - excess / slope[i];
-            let inside = newton >= low[i] && newton <= high[i];
-            let next = if inside { newton } else { 0.5 * (low[i] + high[i]) };
-            let moved = (next - x[i]).abs();
+        for k in 0..VECTORS {
+            let place = eight(simd, &x, k);
+            let excess = simd.sub_f32s(eight(simd, &value, k), eight(simd, &target, k));
+            let is_above = simd.less_than_f32s(zero, excess);
+            low[k] = simd.select_f32s(is_above, low[k], place);
+            high[k] = simd.select_f32s(is_above, place, high[k]);
+            let newton = simd.sub_f32s(place, simd.div_f32s(excess, eight(simd, &slope, k)));
+            let middle = simd.mul_f32s(simd.splat_f32s(0.5), simd.add_f32s(low[k], high[k]));
+            let is_inside = simd.and_m32s(
+                simd.less_than_or_equal_f32s(low[k], newton),
+                simd.less_than_or_equal_f32s(newton, high[k]),
+            );
+            let next = simd.select_f32s(is_inside, newton, middle);
+            let moved = simd.abs_f32s(simd.sub_f32s(next, place));
             // A point is not moved on for its neighbours' sake: it would depend on them.
-            x[i] = if open[i] { next } else { x[i] };
+            set_eight(simd, simd.select_f32s(open[k], next, place), &mut x, k);
             // Newton's error is squared by each step.
-            open[i] &= moved > 1e-4;
-            any_open |= open[i];
+            open[k] = simd.and_m32s(open[k], simd.less_than_f32s(simd.splat_f32s(1e-4), moved));
+            any_open |= simd.first_true_m32s(open[k]) < LANES;
         }
         if !any_open {
             break;

@@ -54,18 +54,21 @@ impl WithSimd for LeafMasses<'_> {
                 [at(corners[1], i), at(edges[1], i), at(corners[1], i + 1)],
             ];
             let (mass, area) = (at(masses, i), at(areas, i));
-            let mut values = [rows[0][0]; 2];
-            for value in rows.into_iter().flatten() {
-                values = [min(values[0], value), max(values[1], value)];
+            let (mut values, mut bounds) = ([rows[0][0]; 2], [rows[0][0]; 2]);
+            // Loops over numbers, which are unrolled; iterators would leave the vectors in memory.
+            for i in 0..3 {
+                for k in 0..3 {
+                    values = [min(values[0], rows[i][k]), max(values[1], rows[i][k])];
+                }
             }
-            let ends = [rows[0][0], rows[0][2], rows[2][0], rows[2][2]];
-            let mut least = ends.into_iter().fold(ends[0], min);
-            let mut greatest = ends.into_iter().fold(ends[0], max);
-            let rows = rows.map(control);
-            let mut bounds = [ends[0]; 2];
+            let [northern, southern] = [[rows[0][0], rows[0][2]], [rows[2][0], rows[2][2]]];
+            let mut least = min(min(northern[0], northern[1]), min(southern[0], southern[1]));
+            let mut greatest = max(max(northern[0], northern[1]), max(southern[0], southern[1]));
+            let rows = [control(rows[0]), control(rows[1]), control(rows[2])];
             for k in 0..3 {
-                for point in control([rows[0][k], rows[1][k], rows[2][k]]) {
-                    bounds = [min(bounds[0], point), max(bounds[1], point)];
+                let points = control([rows[0][k], rows[1][k], rows[2][k]]);
+                for i in 0..3 {
+                    bounds = [min(bounds[0], points[i]), max(bounds[1], points[i])];
                 }
             }
             if is_strict {
@@ -86,9 +89,10 @@ impl WithSimd for LeafMasses<'_> {
             let has_sign = simd.less_than_f32s(no_mass, size);
             let found: [f32; LANES] = pulp::cast(simd.select_f32s(has_sign, size, bound));
             let is_flat: [f32; LANES] = pulp::cast(simd.select_f32s(has_sign, zero, splat(1.0)));
-            for (k, (mass, flat)) in masses[i..].iter_mut().zip(&mut flat[i..]).take(LANES).enumerate() {
-                (*mass, *flat) = (found[k], is_flat[k] != 0.0);
-            }
+            let is_flat = is_flat.map(|is_flat| is_flat != 0.0);
+            let here = i..(i + LANES).min(count);
+            masses[here.clone()].copy_from_slice(&found[..here.len()]);
+            flat[here.clone()].copy_from_slice(&is_flat[..here.len()]);
         }
     }
 }

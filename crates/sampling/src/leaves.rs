@@ -59,7 +59,7 @@ impl Leaves {
             is_strict,
             packed: Vec::with_capacity(orders * (orders + 1) / 2),
             fourier: vec![[F32x8::ZERO; 2]; grid.rows() / 8 * orders],
-            columns: vec![F32x8::ZERO; grid.columns()],
+            columns: vec![F32x8::ZERO; 2 * grid.columns()],
             ..Self::default()
         }
     }
@@ -88,10 +88,12 @@ impl Leaves {
         self.classify(level, tables, density, output);
         let MassRows { values: sums, stride } = output;
         let stride = *stride;
-        let total: f64 =
-            sums.chunks(stride).flat_map(|row| &row[..columns]).map(|&mass| f64::from(mass)).sum();
-        let share = f64::from(share);
-        self.floor = (share / (1.0 - share) * total / (4.0 * std::f64::consts::PI)) as f32;
+        if share > 0.0 {
+            let total: f64 =
+                sums.chunks(stride).flat_map(|row| &row[..columns]).map(|&mass| f64::from(mass)).sum();
+            let share = f64::from(share);
+            self.floor = (share / (1.0 - share) * total / (4.0 * std::f64::consts::PI)) as f32;
+        }
         let added = self.floor * tables.grid().area() as f32;
         for row in sums.chunks_mut(stride) {
             let mut sum = 0.0;
@@ -144,7 +146,7 @@ impl Leaves {
                 }
                 let row = |lane: usize| if is_south { rows - 1 - first - lane } else { first + lane };
                 let starts = std::array::from_fn(|lane| row(lane) * output.stride);
-                level.run(WriteLanes { columns: values, starts, output: output.values });
+                level.run_lanes(WriteLanes { columns: values, starts, output: output.values });
             },
         );
         are_masses
@@ -164,7 +166,7 @@ impl Leaves {
             |is_south, first, values| {
                 let row = |lane: usize| if is_south { rows - 1 - first - lane } else { first + lane + 1 };
                 let starts = std::array::from_fn(|lane| row(lane) * (columns + 1));
-                level.run(WriteLanes { columns: values, starts, output: corners });
+                level.run_lanes(WriteLanes { columns: values, starts, output: corners });
             },
         );
         let (mut north, mut south) = (0.0, 0.0);
@@ -207,7 +209,7 @@ impl Leaves {
                     true => rows - 1 - first - lane,
                 };
                 let starts = std::array::from_fn(|lane| row(lane) * stride);
-                level.run(WriteLanes { columns: columns_of_group, starts, output: &mut values });
+                level.run_lanes(WriteLanes { columns: columns_of_group, starts, output: &mut values });
             },
         );
         if places.at_edges {

@@ -8,7 +8,6 @@
 
 use std::sync::Arc;
 
-use pulp::Simd;
 use sh::f64x4::{Lanes, SimdLevel, WithLanes};
 use sh::{Basis, Expansion};
 use sphere::{DVec3, Direction};
@@ -424,9 +423,9 @@ struct PlacesInLeaves {
 impl Sampler {
     /// Takes leaves and the remainders of the uniforms to directions.
     #[inline(always)]
-    fn finish<S: Simd>(
+    fn finish<L: Lanes>(
         &self,
-        simd: S,
+        lanes: L,
         scratch: Option<&mut Scratch>,
         drawn: &Drawn,
         directions: &mut [[f32; 3]],
@@ -439,7 +438,7 @@ impl Sampler {
         match (self.options.shape, &self.exact, scratch) {
             (LeafShape::Bilinear, ..) => self.place_bilinear(drawn, &mut places),
             (LeafShape::Exact, Some(exact), Some(scratch)) => {
-                self.place_exact(simd, exact, scratch, drawn, count, &mut places);
+                self.place_exact(lanes, exact, scratch, drawn, count, &mut places);
             }
             _ => {}
         }
@@ -484,9 +483,9 @@ impl Sampler {
     }
 
     #[inline(always)]
-    fn place_exact<S: Simd>(
+    fn place_exact<L: Lanes>(
         &self,
-        simd: S,
+        lanes: L,
         exact: &ExactLeaves,
         scratch: &mut Scratch,
         drawn: &Drawn,
@@ -511,7 +510,7 @@ impl Sampler {
                 cells[i] = (drawn.rows[of] as usize, drawn.columns[of] as usize);
                 (rest[0][i], rest[1][i]) = (drawn.rest[0][of], drawn.rest[1][of]);
             }
-            let found = exact.draw(simd, scratch, &cells, &rest);
+            let found = exact.draw(lanes, scratch, &cells, &rest);
             for (i, &of) in chosen.iter().enumerate() {
                 (t[of], s[of], relative[of]) = (found[0][i], found[1][i], found[2][i]);
             }

@@ -5,7 +5,7 @@
 //! cosines and sines. Lanes are rows, so no value crosses lanes, and the results are the same on every CPU.
 
 use pulp::{Simd, WithSimd};
-use sh::f64x4::SimdLevel;
+use sh::f64x4::{Lanes, SimdLevel, WithLanes};
 
 use crate::f32x8::{F32x8, LANES, load, store};
 use crate::tables::{ColumnTable, RowTable, TILE};
@@ -35,37 +35,71 @@ impl WithSimd for Rows<'_> {
         for m in 0..orders {
             let length = orders - m;
             let f = &packed[start..][..length];
-            for group in 0..*groups {
-                let table = &values[start * groups + group * length..][..length];
-                // Even and odd l - m, of A and of B.
-                let mut sums = [[simd.splat_f32s(0.0); 2]; 2];
-                for (table, f) in table.chunks(2).zip(f.chunks(2)) {
-                    for ((sums, table), f) in sums.iter_mut().zip(table).zip(f) {
-                        let table = load(simd, table);
-                        sums[0] = simd.mul_add_f32s(table, simd.splat_f32s(f[0]), sums[0]);
-                        sums[1] = simd.mul_add_f32s(table, simd.splat_f32s(f[1]), sums[1]);
-                    }
-                }
-                let [even, odd] = sums;
+            let tables = &values[start * groups..][..groups * length];
+            let mut write = |group: usize, [even, odd]: Parities<S>| {
+                let at = group * orders + m;
                 for part in 0..2 {
-                    let at = group * orders + m;
                     store(simd, simd.add_f32s(even[part], odd[part]), &mut north[at][part]);
                     store(simd, simd.sub_f32s(even[part], odd[part]), &mut south[at][part]);
                 }
+            };
+            // Two groups side by side: one alone has fewer sums than multiply-adds are under way.
+            let pairs = tables.chunks_exact(2 * length);
+            if !pairs.remainder().is_empty() {
+                let [sums] = sums_over_l(simd, [pairs.remainder()], f);
+                write(groups - 1, sums);
+            }
+            for (pair, tables) in pairs.enumerate() {
+                let (first, second) = tables.split_at(length);
+                let [first, second] = sums_over_l(simd, [first, second], f);
+                write(2 * pair, first);
+                write(2 * pair + 1, second);
             }
             start += length;
         }
     }
 }
 
-/// The values of eight rows in all columns.
+/// The sums over even and odd l - m: A and B of each.
+type Parities<S> = [[<S as Simd>::f32s; 2]; 2];
+
+/// The sums over l of one m for some groups of rows.
+#[inline(always)]
+fn sums_over_l<S: Simd, const GROUPS: usize>(
+    simd: S,
+    tables: [&[F32x8]; GROUPS],
+    f: &[[f32; 2]],
+) -> [Parities<S>; GROUPS] {
+    let mut sums = [[[simd.splat_f32s(0.0); 2]; 2]; GROUPS];
+    let tables = tables.map(|table| &table[..f.len()]);
+    let mut add = |l: usize, parity: usize| {
+        let f = f[l].map(|value| simd.splat_f32s(value));
+        for group in 0..GROUPS {
+            let table = load(simd, &tables[group][l]);
+            for part in 0..2 {
+                let sum = &mut sums[group][parity][part];
+                *sum = simd.mul_add_f32s(table, f[part], *sum);
+            }
+        }
+    };
+    for pair in 0..f.len() / 2 {
+        add(2 * pair, 0);
+        add(2 * pair + 1, 1);
+    }
+    if f.len() % 2 == 1 {
+        add(f.len() - 1, 0);
+    }
+    sums
+}
+
+/// The values of two groups of eight rows in all columns.
 pub(crate) struct Columns<'a> {
     pub(crate) table: &'a ColumnTable,
-    /// A_m and B_m of the rows for each m.
-    pub(crate) rows: &'a [Fourier],
+    /// A_m and B_m of each group for each m.
+    pub(crate) rows: [&'a [Fourier]; 2],
     /// Whether columns are edges, the first of which mirrors itself.
     pub(crate) at_edges: bool,
-    pub(crate) output: &'a mut [F32x8],
+    pub(crate) output: [&'a mut [F32x8]; 2],
 }
 
 impl WithSimd for Columns<'_> {
@@ -74,52 +108,64 @@ impl WithSimd for Columns<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f32 {
-        let Self { table, rows, at_edges, output } = self;
-        let columns = output.len();
+        let Self { table, rows, at_edges, mut output } = self;
+        let columns = output[0].len();
         let mut least = simd.splat_f32s(f32::INFINITY);
         // Where -phi, pi - phi and pi + phi of column j are.
         let mirrored = usize::from(!at_edges);
-        for (tile, trigonometric) in table.tiles.chunks_exact(rows.len()).enumerate() {
-            let zero = simd.splat_f32s(0.0);
-            // Even and odd m; cosines and sines of four columns.
-            let mut sums = [[[zero; TILE]; 2]; 2];
-            for (parity, sums) in sums.iter_mut().enumerate() {
-                let mut m = parity;
-                while m < rows.len() {
-                    let (a, b) = (load(simd, &rows[m][0]), load(simd, &rows[m][1]));
-                    let factors = &trigonometric[m];
-                    for k in 0..TILE {
-                        sums[0][k] = simd.mul_add_f32s(a, simd.splat_f32s(factors[k]), sums[0][k]);
-                        sums[1][k] = simd.mul_add_f32s(b, simd.splat_f32s(factors[k + TILE]), sums[1][k]);
-                    }
-                    m += 2;
-                }
-            }
-            let [[even_cos, even_sin], [odd_cos, odd_sin]] = sums;
-            for k in 0..TILE {
-                let j = tile * TILE + k;
-                if j >= table.columns {
-                    break;
-                }
-                let (cos, sin) =
-                    (simd.add_f32s(even_cos[k], odd_cos[k]), simd.add_f32s(even_sin[k], odd_sin[k]));
-                let (cos_pi, sin_pi) =
-                    (simd.sub_f32s(even_cos[k], odd_cos[k]), simd.sub_f32s(even_sin[k], odd_sin[k]));
-                let values = [
-                    (simd.add_f32s(cos, sin), j),
+        for (tile, factors) in table.tiles.chunks_exact(rows[0].len()).enumerate() {
+            let even_cos = sums_over_m::<S, 0, 0>(simd, rows, factors);
+            let even_sin = sums_over_m::<S, 0, 1>(simd, rows, factors);
+            let odd_cos = sums_over_m::<S, 1, 0>(simd, rows, factors);
+            let odd_sin = sums_over_m::<S, 1, 1>(simd, rows, factors);
+            for (group, output) in output.iter_mut().enumerate() {
+                for (k, j) in (tile * TILE..table.columns).take(TILE).enumerate() {
+                    let (even_cos, odd_cos) = (even_cos[group][k], odd_cos[group][k]);
+                    let (even_sin, odd_sin) = (even_sin[group][k], odd_sin[group][k]);
+                    let (cos, sin) = (simd.add_f32s(even_cos, odd_cos), simd.add_f32s(even_sin, odd_sin));
+                    let (cos_pi, sin_pi) =
+                        (simd.sub_f32s(even_cos, odd_cos), simd.sub_f32s(even_sin, odd_sin));
+                    let values = [
+                        simd.add_f32s(cos, sin),
+                        simd.sub_f32s(cos, sin),
+                        simd.sub_f32s(cos_pi, sin_pi),
+                        simd.add_f32s(cos_pi, sin_pi),
+                    ];
                     // Columns are a power of two.
-                    (simd.sub_f32s(cos, sin), (columns - mirrored - j) & (columns - 1)),
-                    (simd.sub_f32s(cos_pi, sin_pi), columns / 2 - mirrored - j),
-                    (simd.add_f32s(cos_pi, sin_pi), columns / 2 + j),
-                ];
-                for (value, column) in values {
-                    least = simd.min_f32s(least, value);
-                    store(simd, value, &mut output[column]);
+                    store(simd, values[0], &mut output[j]);
+                    store(simd, values[1], &mut output[(columns - mirrored - j) & (columns - 1)]);
+                    store(simd, values[2], &mut output[columns / 2 - mirrored - j]);
+                    store(simd, values[3], &mut output[columns / 2 + j]);
+                    let [a, b, c, d] = values;
+                    least = simd.min_f32s(least, simd.min_f32s(simd.min_f32s(a, b), simd.min_f32s(c, d)));
                 }
             }
         }
         simd.reduce_min_f32s(least)
     }
+}
+
+/// The sums of cosines (part 0) or of sines (part 1) over even or odd m, of two groups in four columns.
+#[inline(always)]
+fn sums_over_m<S: Simd, const PARITY: usize, const PART: usize>(
+    simd: S,
+    rows: [&[Fourier]; 2],
+    factors: &[[f32; 2 * TILE]],
+) -> [[S::f32s; TILE]; 2] {
+    let (mut first, mut second) = ([simd.splat_f32s(0.0); TILE], [simd.splat_f32s(0.0); TILE]);
+    let rows = rows.map(|rows| &rows[..factors.len()]);
+    // `step_by` would not be inlined.
+    let mut m = PARITY;
+    while m < factors.len() {
+        let (a, b) = (load(simd, &rows[0][m][PART]), load(simd, &rows[1][m][PART]));
+        for k in 0..TILE {
+            let factor = simd.splat_f32s(factors[m][PART * TILE + k]);
+            first[k] = simd.mul_add_f32s(a, factor, first[k]);
+            second[k] = simd.mul_add_f32s(b, factor, second[k]);
+        }
+        m += 2;
+    }
+    [first, second]
 }
 
 /// Where the columns are.
@@ -132,7 +178,8 @@ pub(crate) struct ColumnPlaces<'a> {
 }
 
 /// Runs `f` with the values of eight rows in all columns: `f(is_south, first row from the pole, values)`.
-/// Each hemisphere has `groups` groups of eight rows. Returns the least of all values.
+/// Each hemisphere has `groups` groups of eight rows; `columns` has room for two. Returns the least of all
+/// values.
 pub(crate) fn for_each_group(
     level: SimdLevel,
     ColumnPlaces { table, at_edges }: ColumnPlaces<'_>,
@@ -142,10 +189,14 @@ pub(crate) fn for_each_group(
     mut f: impl FnMut(bool, usize, &mut [F32x8]),
 ) -> f32 {
     let orders = fourier.len() / (2 * groups);
+    let (north, south) = fourier.split_at(groups * orders);
+    let (north_columns, south_columns) = columns.split_at_mut(columns.len() / 2);
     let mut least = f32::INFINITY;
-    for (index, rows) in fourier.chunks_exact(orders).enumerate() {
-        least = least.min(level.run(Columns { table, rows, at_edges, output: columns }));
-        f(index >= groups, index % groups * LANES, columns);
+    for (group, rows) in north.chunks_exact(orders).zip(south.chunks_exact(orders)).enumerate() {
+        let output = [&mut *north_columns, &mut *south_columns];
+        least = least.min(level.run(Columns { table, rows: [rows.0, rows.1], at_edges, output }));
+        f(false, group * LANES, north_columns);
+        f(true, group * LANES, south_columns);
     }
     least
 }
@@ -157,19 +208,16 @@ pub(crate) struct WriteLanes<'a> {
     pub(crate) output: &'a mut [f32],
 }
 
-impl WithSimd for WriteLanes<'_> {
+impl WithLanes for WriteLanes<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_lanes<L: Lanes>(self, lanes: L) {
         let Self { columns, starts, output } = self;
         for (block, columns) in columns.as_chunks::<LANES>().0.iter().enumerate() {
-            for lane in 0..LANES {
-                let mut row = [0.0; LANES];
-                for k in 0..LANES {
-                    row[k] = columns[k].0[lane];
-                }
-                output[starts[lane] + block * LANES..][..LANES].copy_from_slice(&row);
+            let rows = lanes.transpose_f32s(columns.map(|column| column.0));
+            for (start, row) in starts.iter().zip(rows) {
+                output[start + block * LANES..][..LANES].copy_from_slice(&row);
             }
         }
     }

@@ -19,7 +19,9 @@ use crate::frames::{Block, Frames, LANES, Viewer};
 use crate::lanes::by_lane;
 use crate::rotation::{FrameRotation, Lanes, Multiples};
 use crate::transfer::{Transfer, TransferDegrees};
-use crate::vectors::{EIGHTS, Entry, by_channel, by_row, dot, load, product, store, total};
+use crate::vectors::{
+    EIGHTS, Entry, Halves, Shifts, by_channel, by_row, dot, first_column, load, product, store, total,
+};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
@@ -442,16 +444,8 @@ pub(crate) fn shade_with_matrices<E: Entry>(
     let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS)).enumerate();
     chunks.for_each(|(chunk, (radiance, blocks))| {
         let entries = &entries[chunk * CHUNK * length..];
-        SimdLevel::detect().run(Transferred {
-            table,
-            viewer,
-            rows,
-            length,
-            entries,
-            light,
-            blocks,
-            radiance,
-        });
+        Transferred { table, viewer, rows, length, entries, light, blocks, radiance }
+            .run(SimdLevel::detect());
     });
     radiance
 }
@@ -460,25 +454,24 @@ pub(crate) fn shade_with_matrices<E: Entry>(
 /// where it is zero here.
 struct Vectors {
     rows: usize,
-    /// The first row of each eight, and their values, RGB.
-    groups: Vec<[(usize, [[f32; LANES]; 3]); EIGHTS]>,
+    /// The values of each eight, RGB.
+    groups: Vec<[[[f32; LANES]; 3]; EIGHTS]>,
 }
 
 impl Vectors {
     fn new(light: &[[f32; 3]]) -> Self {
         let rows = light.len();
-        let eight = |new: usize| {
-            let first = new.min(rows.saturating_sub(LANES));
+        let eight = |eight: usize| {
             let of = |channel: usize| {
                 std::array::from_fn(|k| {
-                    let row = first + k;
-                    light.get(row).filter(|_| row >= new).map_or(0.0, |rgb| rgb[channel])
+                    let row = first_column(eight, rows) + k;
+                    light.get(row).filter(|_| row >= eight * LANES).map_or(0.0, |rgb| rgb[channel])
                 })
             };
-            (first, [0, 1, 2].map(of))
+            [0, 1, 2].map(of)
         };
-        let groups = (0..rows).step_by(EIGHTS * LANES);
-        let groups = groups.map(|first| std::array::from_fn(|k| eight(first + k * LANES)));
+        let groups = 0..rows.div_ceil(EIGHTS * LANES);
+        let groups = groups.map(|group| std::array::from_fn(|k| eight(group * EIGHTS + k)));
         Self { rows, groups: groups.collect() }
     }
 }
@@ -497,13 +490,51 @@ struct Transferred<'a, E> {
     radiance: &'a mut [[f32; 3]],
 }
 
-impl<E: Entry> WithSimd for Transferred<'_, E> {
+/// A kernel and how it converts halves.
+struct With<H, K>(H, K);
+
+impl<E: Entry> WithSimd for With<Shifts, Transferred<'_, E>> {
     type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.1.shade(simd, self.0);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl<E: Entry> WithSimd for With<pulp::x86::V4, Transferred<'_, E>> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.1.shade(*self.0, self.0);
+    }
+}
+
+impl<E: Entry> Transferred<'_, E> {
+    fn run(self, level: SimdLevel) {
+        match level {
+            #[cfg(target_arch = "x86_64")]
+            SimdLevel::V4(v4) => Simd::vectorize(v4, With(v4, self)),
+            level => level.run(With(Shifts, self)),
+        }
+    }
+
+    #[inline(always)]
+    fn shade<S: Simd, H: Halves>(self, simd: S, halves: H) {
+        // A known number of columns saves half of the instructions, and with fewer of them more reads of
+        // memory are under way at a time.
+        match self.light.rows {
+            25 => self.shade_columns::<S, H, 25>(simd, halves),
+            _ => self.shade_columns::<S, H, 0>(simd, halves),
+        }
+    }
 
     /// Computes c T first, which is one product of vector and matrix for a grey table, then its dots with the
     /// light.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn shade_columns<S: Simd, H: Halves, const COLUMNS: usize>(self, simd: S, halves: H) {
         let (channels, texel, columns) = (self.table.channels(), self.table.texel(), self.light.rows);
         let mut texels = vec![0.0; LANES * texel];
         let mut matrices = self.entries.chunks_exact(self.length);
@@ -513,14 +544,17 @@ impl<E: Entry> WithSimd for Transferred<'_, E> {
             for ((c, rgb), matrix) in vertices.zip(&mut matrices) {
                 let matrix = &matrix[..self.rows * columns];
                 let mut sums = [simd.splat_f32s(0.0); 3];
-                for group in &self.light.groups {
-                    let starts = group.map(|(first, _)| first);
+                for (index, group) in self.light.groups.iter().enumerate() {
+                    let index = if COLUMNS > 0 && COLUMNS <= EIGHTS * LANES { 0 } else { index };
                     let mut seen = [simd.splat_f32s(0.0); EIGHTS];
                     for (channel, sum) in sums.iter_mut().enumerate() {
                         if channel < channels {
-                            seen = product(simd, &c[channel..], channels, matrix, columns, starts);
+                            let c = &c[channel..];
+                            seen = product::<S, H, E, COLUMNS>(
+                                simd, halves, c, channels, matrix, columns, index,
+                            );
                         }
-                        for (seen, (_, light)) in seen.iter().zip(group) {
+                        for (seen, light) in seen.iter().zip(group) {
                             *sum = simd.mul_add_f32s(*seen, load(simd, &light[channel]), *sum);
                         }
                     }

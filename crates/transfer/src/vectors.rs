@@ -30,7 +30,37 @@ pub(crate) trait Entry: Copy + Sync {
     ///
     /// # Panics
     /// If there are fewer.
-    fn load<S: Simd>(simd: S, entries: &[Self]) -> S::f32s;
+    fn load<S: Simd, H: Halves>(simd: S, halves: H, entries: &[Self]) -> S::f32s;
+}
+
+/// A way to convert halves.
+pub(crate) trait Halves: Copy {
+    /// The same finite numbers in 32 bits.
+    fn singles(self, halves: [f16; LANES]) -> [f32; LANES];
+}
+
+/// Converts halves with shifts, on any CPU.
+#[derive(Clone, Copy)]
+pub(crate) struct Shifts;
+
+impl Halves for Shifts {
+    #[inline(always)]
+    fn singles(self, halves: [f16; LANES]) -> [f32; LANES] {
+        let mut values = [0.0; LANES];
+        for lane in 0..LANES {
+            values[lane] = halves[lane].single();
+        }
+        values
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Halves for pulp::x86::V4 {
+    #[inline(always)]
+    fn singles(self, halves: [f16; LANES]) -> [f32; LANES] {
+        let halves = pulp::cast(halves.map(f16::to_bits));
+        pulp::cast(self.avx512vl._mm256_maskz_cvtph_ps(u8::MAX, halves))
+    }
 }
 
 impl Entry for f32 {
@@ -40,7 +70,7 @@ impl Entry for f32 {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(simd: S, entries: &[Self]) -> S::f32s {
+    fn load<S: Simd, H: Halves>(simd: S, _: H, entries: &[Self]) -> S::f32s {
         let mut values = [0.0; LANES];
         values.copy_from_slice(&entries[..LANES]);
         load(simd, &values)
@@ -60,13 +90,10 @@ impl Entry for f16 {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(simd: S, entries: &[Self]) -> S::f32s {
-        let entries = &entries[..LANES];
-        let mut values = [0.0; LANES];
-        for lane in 0..LANES {
-            values[lane] = entries[lane].single();
-        }
-        load(simd, &values)
+    fn load<S: Simd, H: Halves>(simd: S, halves: H, entries: &[Self]) -> S::f32s {
+        let mut eight = [Self::ZERO; LANES];
+        eight.copy_from_slice(&entries[..LANES]);
+        load(simd, &halves.singles(eight))
     }
 }
 
@@ -95,32 +122,40 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
     sums.iter().sum::<f32>() + rest
 }
 
-/// Some columns of a row c times a matrix, eight from each of the starts on; those past the last are zero.
+/// Where an eight of columns begins: the last one of a matrix goes back over what those before it have.
 #[inline(always)]
-pub(crate) fn product<S: Simd, E: Entry>(
+pub(crate) fn first_column(eight: usize, columns: usize) -> usize {
+    (eight * LANES).min(columns.saturating_sub(LANES))
+}
+
+/// A row c times a matrix: the columns of the group-th [`EIGHTS`] eights; those past the last are zero.
+/// `COLUMNS` is the number of columns where it is known when the program is compiled, otherwise 0.
+#[inline(always)]
+pub(crate) fn product<S: Simd, H: Halves, E: Entry, const COLUMNS: usize>(
     simd: S,
+    halves: H,
     c: &[f32],
     stride: usize,
     matrix: &[E],
     columns: usize,
-    starts: [usize; EIGHTS],
+    group: usize,
 ) -> [S::f32s; EIGHTS] {
-    let rows = matrix.chunks_exact(columns).zip(c.iter().step_by(stride));
+    let columns = if COLUMNS > 0 { COLUMNS } else { columns };
+    let rows = matrix.chunks_exact(columns).zip(c.chunks(stride));
     let mut sums = [simd.splat_f32s(0.0); EIGHTS];
     if columns < LANES {
         let mut padded = [0.0; LANES];
         for (entries, c) in rows {
             padded.iter_mut().zip(entries).for_each(|(padded, entry)| *padded = entry.single());
-            sums[0] = simd.mul_add_f32s(simd.splat_f32s(*c), load(simd, &padded), sums[0]);
+            sums[0] = simd.mul_add_f32s(simd.splat_f32s(c[0]), load(simd, &padded), sums[0]);
         }
         return sums;
     }
-    // One check before the loop rather than one for each in it.
-    assert!(starts.iter().all(|start| start + LANES <= columns), "columns of the matrix");
     for (entries, c) in rows {
-        let c = simd.splat_f32s(*c);
+        let c = simd.splat_f32s(c[0]);
         for k in 0..EIGHTS {
-            sums[k] = simd.mul_add_f32s(c, E::load(simd, &entries[starts[k]..]), sums[k]);
+            let entries = E::load(simd, halves, &entries[first_column(group * EIGHTS + k, columns)..]);
+            sums[k] = simd.mul_add_f32s(c, entries, sums[k]);
         }
     }
     sums
@@ -137,12 +172,20 @@ pub(crate) fn total<S: Simd>(_: S, sum: S::f32s) -> f32 {
 mod tests {
     use super::*;
 
+    /// `half` converts in its own way.
     #[test]
     fn halves_are_the_same_numbers_in_32_bits() {
-        for bits in 0..=u16::MAX {
-            let half = f16::from_bits(bits);
-            if half.is_finite() {
-                assert_eq!(half.single().to_bits(), half.to_f32().to_bits(), "{half}");
+        let check = |halves: [f16; LANES], found: [f32; LANES]| {
+            for (half, found) in halves.into_iter().zip(found).filter(|(half, _)| half.is_finite()) {
+                assert_eq!(found.to_bits(), half.to_f32().to_bits(), "{half}");
+            }
+        };
+        for first in (0..=u16::MAX).step_by(LANES) {
+            let halves = std::array::from_fn(|lane| f16::from_bits(first + lane as u16));
+            check(halves, Shifts.singles(halves));
+            #[cfg(target_arch = "x86_64")]
+            if let sh::f64x4::SimdLevel::V4(v4) = sh::f64x4::SimdLevel::detect() {
+                check(halves, v4.singles(halves));
             }
         }
     }

@@ -13,8 +13,9 @@
 //! its f. For a view from the side of +Y, the arc begins at phi_v - pi / 2 and ends where the next cylinder
 //! hides it, sin(phi - phi_v) = d cos(phi_v) - 1, or at the floor.
 //!
-//! The matte part is integrated in closed form, the highlight with Gauss' rule, to 3e-6. Poulin and Fournier
-//! take Chebyshev polynomials for it, and no factor c. Light and view count as 0.06 degrees above the
+//! Both parts are integrated in closed form, the highlight but for the integral of cos^(s+2), for which a
+//! material holds a Chebyshev series; shaders integrate it with Gauss' rule, to 3e-6. Poulin and Fournier
+//! take Chebyshev polynomials for it, too, and no factor c. Light and view count as 0.06 degrees above the
 //! horizon, as seen along the cylinders, if they are lower: nothing is seen of a cylinder from there.
 //!
 //! The model is reciprocal. Of a constant sky a view sees no more than one point of the surface reflects.
@@ -56,6 +57,9 @@ const MIN_COSINE: f64 = 1e-3;
 /// Past an angle where (n.h)^s has fallen to e^-16 the highlight is not integrated.
 const FAINT: f64 = 16.0;
 
+/// The number of Chebyshev's terms of the integral of cos^(s+2): the last ones are 1e-12.
+const TERMS: usize = 24;
+
 /// Gauss' rule of 16 nodes: those above 0, and their weights.
 const GAUSS: [[f64; 2]; 8] = [
     [0.095_012_509_837_637_44, 0.189_450_610_455_068_5],
@@ -81,6 +85,9 @@ pub struct PoulinFournier {
     half_width: f64,
     /// tan(psi / 2) at the angle where cos^s(psi) is e^-16.
     reach: f64,
+    /// The integral of cos^(s+2) from 0 to psi: the coefficients of the odd polynomials of Chebyshev in
+    /// tan(psi / 2) / `reach`.
+    integral: [f64; TERMS],
     /// The factor c(s) of the highlight.
     factor: f64,
 }
@@ -115,6 +122,7 @@ impl PoulinFournier {
     ) -> Result<Self, ParameterError> {
         let z = 1.0 - HEIGHT.checked(height)?;
         let least = math::exp(-FAINT / EXPONENT.checked(exponent)?.max(1e-3));
+        let reach = ((1.0 - least) / (1.0 + least)).sqrt();
         Ok(Self {
             exponent,
             diffuse: DIFFUSE.checked_colour(diffuse)?,
@@ -123,7 +131,8 @@ impl PoulinFournier {
             height,
             edge: math::acos(z),
             half_width: (1.0 - z * z).max(0.0).sqrt(),
-            reach: ((1.0 - least) / (1.0 + least)).sqrt(),
+            reach,
+            integral: series(exponent + 2.0, reach),
             factor: factor(exponent),
         })
     }
@@ -156,25 +165,38 @@ impl PoulinFournier {
     fn highlight(&self, half: [f64; 2], seen: [Seen; 2], arc: [f64; 2]) -> f64 {
         let length = math::hypot(half[0], half[1]);
         let (sin_h, cos_h, phi_h) = (half[0] / length, half[1] / length, math::atan2(half[0], half[1]));
-        // With t = tan(psi / 2) every factor is rational.
-        let [from, to] = arc.map(|phi| math::tan((0.5 * (phi - phi_h)).clamp(-0.25 * PI, 0.25 * PI)));
-        let [from, to] = [from.max(-self.reach), to.min(self.reach)];
+        // With t = tan(psi / 2) sine and cosine of psi are rational.
+        let ends = arc.map(|phi| math::tan((0.5 * (phi - phi_h)).clamp(-0.25 * PI, 0.25 * PI)));
+        let [from, to] = [ends[0].max(-self.reach), ends[1].min(self.reach)];
         if from >= to {
             return 0.0;
         }
-        let (middle, radius) = (0.5 * (from + to), 0.5 * (to - from));
         // Sine and cosine of phi_h - phi_l and of phi_h - phi_v.
         let [(sin_l, cos_l), (sin_v, cos_v)] =
             seen.map(|of| (sin_h * of.cosine - cos_h * of.sine, cos_h * of.cosine + sin_h * of.sine));
-        let at = |t: f64| {
+        // The integrals of cos^s from 0 to psi times cos^2, sin^2 and -sin cos, the last up to a constant.
+        let s = self.exponent;
+        let parts = |t: f64| {
             let scale = 1.0 / (1.0 + t * t);
             let (sine, cosine) = (2.0 * t * scale, (1.0 - t * t) * scale);
-            let seen = (cosine * cos_l - sine * sin_l).max(0.0) * (cosine * cos_v - sine * sin_v).max(0.0);
-            2.0 * scale * power(cosine, self.exponent) * seen
+            let (power, of_cos2) = (power(cosine, s + 1.0), self.integral_of_cos2(t));
+            [of_cos2, (of_cos2 - power * sine) / (s + 1.0), power * cosine / (s + 2.0)]
         };
-        let sum =
-            GAUSS.iter().map(|[x, weight]| weight * (at(middle - radius * x) + at(middle + radius * x)));
-        radius * sum.sum::<f64>()
+        let ([cos2, sin2, both], before) = (parts(to), parts(from));
+        let sum = cos_l * cos_v * (cos2 - before[0]) + sin_l * sin_v * (sin2 - before[1]);
+        (sum + (cos_l * sin_v + sin_l * cos_v) * (both - before[2])).max(0.0)
+    }
+
+    /// The integral of cos^(s+2) from 0 to psi, t = tan(psi / 2).
+    fn integral_of_cos2(&self, t: f64) -> f64 {
+        let x = t / self.reach;
+        // Clenshaw's sum: T_(n+2) = 2 (2 x^2 - 1) T_n - T_(n-2).
+        let twice = 4.0 * x * x - 2.0;
+        let (mut sum, mut last) = (0.0, 0.0);
+        for coefficient in self.integral.iter().rev() {
+            (sum, last) = (twice * sum + (coefficient - last), sum);
+        }
+        x * (sum - last)
     }
 
     /// Whether a view along the normal sees a floor.
@@ -186,6 +208,28 @@ impl PoulinFournier {
 /// Returns cos^s; 0 if the cosine is not above 0.
 fn power(cosine: f64, s: f64) -> f64 {
     if cosine > 0.0 { math::exp(s * math::ln(cosine)) } else { 0.0 }
+}
+
+/// The integral of cos^s(psi) from 0 on, as coefficients of T_1, T_3, ... in tan(psi / 2) / `reach`.
+fn series(s: f64, reach: f64) -> [f64; TERMS] {
+    let slope = |t: f64| 2.0 / (1.0 + t * t) * power((1.0 - t * t) / (1.0 + t * t), s);
+    // Chebyshev's nodes above 0 from the least on; an odd function has the others too.
+    let angle = |node: usize| PI * (TERMS - 1 - node) as f64 / (2 * TERMS) as f64 + 0.25 * PI / TERMS as f64;
+    let (mut from, mut integral) = (0.0, 0.0);
+    let mut coefficients = [0.0; TERMS];
+    for node in 0..TERMS {
+        let to = reach * math::cos(angle(node));
+        let (middle, radius) = (0.5 * (from + to), 0.5 * (to - from));
+        let rule = GAUSS.iter();
+        let sum = rule.map(|[x, weight]| weight * (slope(middle - radius * x) + slope(middle + radius * x)));
+        integral += radius * sum.sum::<f64>();
+        from = to;
+        for (k, coefficient) in coefficients.iter_mut().enumerate() {
+            let wave = math::cos((2 * k + 1) as f64 * angle(node));
+            *coefficient += 2.0 / TERMS as f64 * integral * wave;
+        }
+    }
+    coefficients
 }
 
 /// The integral of cos(phi - phi_l) cos(phi - phi_v) over an arc.
@@ -359,6 +403,22 @@ mod tests {
 
     fn direction(k: f64) -> Direction {
         Direction::from_angles((k * 0.618_034).fract() * 1.5, k * 2.399_963)
+    }
+
+    /// The integrals of cos^(s+2) by 2^16 steps of the middle rule.
+    #[test]
+    fn the_series_is_the_integral_of_a_power_of_the_cosine() {
+        for s in [0.0, 0.3, 1.0, 20.0, 1e3, 1e6] {
+            let model = PoulinFournier::new(s, [0.0; 3], [1.0; 3], 2.0, 1.0).unwrap();
+            for share in [1.0, 0.9, 0.3, -0.01, -0.7] {
+                let t = share * model.reach;
+                let step = 2.0 * t.atan() / f64::from(1 << 16);
+                let at = |i: i32| ((f64::from(i) + 0.5) * step).cos().powf(s + 2.0);
+                let expected = step * (0..1 << 16).map(at).sum::<f64>();
+                let found = model.integral_of_cos2(t);
+                assert!((found - expected).abs() < 2e-9 * model.reach, "{s} {share}: {found} {expected}");
+            }
+        }
     }
 
     #[test]

@@ -17,7 +17,7 @@ use crate::{Lobe, Material};
 /// lie anywhere have another, and so has a table, which has kinks between all of its nodes and is no more
 /// accurate itself.
 const ACCURACY: f64 = 4e-7;
-const ACCURACY_OF_KINKS: f64 = 1e-5;
+const ACCURACY_OF_KINKS: f64 = 1e-4;
 const ACCURACY_OF_TABLES: f64 = 1e-3;
 /// The share of the error aimed at that a panel may have.
 const SHARE: f64 = 0.125;
@@ -78,7 +78,7 @@ impl Hemisphere {
             Lobe::Band { width } => f64::from(width),
         };
         let accuracy = |leaf: &&Material| match leaf {
-            Material::MeasuredAnisotropic(_) => ACCURACY_OF_TABLES,
+            Material::Measured(_) | Material::MeasuredAnisotropic(_) => ACCURACY_OF_TABLES,
             Material::PoulinFournier(_) => ACCURACY_OF_KINKS,
             _ => ACCURACY,
         };

