@@ -1,15 +1,12 @@
 //! `prefilter`: a prefiltered cube of 256^2 and six levels from a 1k HDR on two threads, whole and in its
-//! steps; then with `method = "fast"`, for which level 1 is summed from a chain, and the others are as
-//! before. The blocks measure its error. `sharp-series` and `sharp-quadrature` are one level that needs
-//! degree 539, of an image whose own is 511. The folder of environments is named by `SPECULA_CORPUS`; without
-//! it nothing runs.
+//! steps; `babylon-whole` has the nine levels of Babylon.js. `sharp-series` and `sharp-quadrature` are one
+//! level that needs degree 539, of an image whose own is 511. The folder of environments is named by
+//! `SPECULA_CORPUS`; without it nothing runs.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use envmap::{Environment, Layout};
 use sh::{Degree, Stop, Transform};
-use shrm::{
-    Distribution, FastChain, LightBlocks, MethodChoice, PrefilterKernel, prefilter, prefilter_series,
-};
+use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter, prefilter_series};
 use sphere::Cube;
 
 /// The roughness of each level in three.js: 1 - sqrt(1 - l / 5).
@@ -67,26 +64,14 @@ fn benches_of(criterion: &mut Criterion) {
             });
         });
     }
-    group.bench_function("fast-whole", |bencher| {
+    let babylon: Vec<f64> = std::iter::once(0.0)
+        .chain((1..9).map(|level| ((f64::from(level) / 0.8).exp2().min(256.0) / 256.0).sqrt()))
+        .collect();
+    group.bench_function("babylon-whole", |bencher| {
         bencher.iter(|| {
             let environment = read(&bytes);
-            prefilter(&environment, None, Distribution::Ggx, &roughness, 256, MethodChoice::Fast, Stop::NEVER)
+            prefilter(&environment, None, Distribution::Ggx, &babylon, 256, MethodChoice::Auto, Stop::NEVER)
                 .expect("levels")
-        });
-    });
-    let pixel = std::f64::consts::PI / environment.grid().height as f64;
-    let mirror = environment.cube_map(Cube { edge: 256 }).expect("a cube");
-    group.bench_function("fast-chain", |bencher| bencher.iter(|| FastChain::new(&mirror, pixel)));
-    let chain = FastChain::new(&mirror, pixel);
-    group.bench_function("fast-level1", |bencher| {
-        bencher.iter(|| chain.prefilter(&kernel(1), Cube { edge: 128 }));
-    });
-    group.bench_function("fast-blocks", |bencher| bencher.iter(|| LightBlocks::new(&environment)));
-    let degree = Degree::new(kernel(2).degree()).expect("a degree");
-    group.bench_function("fast-series", |bencher| {
-        bencher.iter(|| {
-            let transform = Transform::new(environment.grid(), degree).expect("a transform");
-            transform.analyse(environment.pixels())
         });
     });
     group.finish();

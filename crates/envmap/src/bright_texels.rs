@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use crate::texels::Texels;
+use crate::texels::{Taps, Texels};
 
 /// A bright texel is this many times brighter than the mean of the 5 x 5 pixels around it that the layout
 /// uses.
@@ -97,15 +97,21 @@ impl BrightTexels {
         count(right, bottom) + count(left, top) > count(left, bottom) + count(right, top)
     }
 
-    /// Adds to the solid angle that a texel received; returns whether the texel is bright.
-    pub(crate) fn give(&self, texel: usize, solid_angle: f64) -> bool {
+    /// Adds to the solid angle that a texel received, if it is bright.
+    pub(crate) fn give(&self, texel: usize, solid_angle: f64) {
         if !self.is_bright[texel] {
-            return false;
+            return;
         }
         if let Ok(index) = self.texels.binary_search(&texel) {
             self.given[index].fetch_add((solid_angle * UNIT) as u64, Ordering::Relaxed);
         }
-        true
+    }
+
+    /// Gives the texels that make up the radiance of a point their shares of its solid angle.
+    pub(crate) fn give_taps(&self, taps: Taps, solid_angle: f64) {
+        for (texel, weight) in taps.index.into_iter().zip(taps.weight) {
+            self.give(texel, weight * solid_angle);
+        }
     }
 
     /// Scales the bright texels among `pixels` so that they keep their energy, and returns those that no

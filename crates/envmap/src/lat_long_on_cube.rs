@@ -6,21 +6,23 @@
 //! by 1 / (8 n) of a texel, so that points near the pole are computed one by one.
 //!
 //! The four faces about the horizon differ by quarter turns, and the lower polar face is the upper one upside
-//! down: two tables serve all six.
+//! down: the points of one texel serve all four or both. Their tables are symmetric and hold a quarter of a
+//! face.
 
 use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
+use sh::{Stop, Stopped};
 use sphere::{Cube, Face, LatLong};
 
 use crate::bright_texels::BrightTexels;
 use crate::canvas::{Canvas, CubeCanvas, MOST_POINTS};
-use crate::resample::{Points, by_taps, points_of_texel};
+use crate::resample::{Points, by_taps};
 use crate::texels::{Taps, Texels};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Texels around a pole whose points are computed one by one.
 const NEAR_POLE: usize = 8;
@@ -33,14 +35,35 @@ pub(crate) struct LatLongOnCube {
     picture: LatLong,
     canvas: CubeCanvas,
     edge: usize,
-    /// The column of the corners of the face about +X, left to right: 0 in the middle.
+    /// The column of the corners of a face about the horizon, left to right: 0 in the middle.
     columns: Vec<f64>,
-    /// The rows of the corners of a face about the horizon.
-    rows: Vec<f64>,
-    /// The column and row of the corners of the upper polar face.
-    polar: Vec<[f64; 2]>,
-    /// The solid angle per area of a face, at the corners.
-    density: Vec<f64>,
+    /// The corners of the upper left quarter of a face.
+    quarter: Vec<QuarterCorner>,
+}
+
+#[derive(Clone, Copy)]
+struct QuarterCorner {
+    /// The row on a face about the horizon.
+    row: f64,
+    /// The row on the upper polar face.
+    polar_row: f64,
+    /// The column on the upper polar face, between 0 toward the top of the face and a quarter of the image.
+    polar_column: f64,
+    /// The solid angle per area of the face.
+    density: f64,
+}
+
+/// Faces whose texels have the same points, but for a turn or a reflection.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Horizon,
+    Polar,
+}
+
+impl Kind {
+    fn of(face: Face) -> Self {
+        if matches!(face, Face::PositiveY | Face::NegativeY) { Self::Polar } else { Self::Horizon }
+    }
 }
 
 /// The numbers that are interpolated over a texel: column, row, density.
@@ -49,93 +72,252 @@ type Corner = [f64; 3];
 impl LatLongOnCube {
     pub(crate) fn new(picture: LatLong, cube: Cube) -> Self {
         let edge = cube.edge;
-        let side = edge + 1;
         let at = |corner: usize| 2.0 * corner as f64 / edge as f64 - 1.0;
         let (width, height) = (picture.width as f64, picture.height as f64);
-        let table = |value: &(dyn Fn(f64, f64) -> f64 + Sync)| -> Vec<f64> {
-            (0..side * side).into_par_iter().map(|index| value(at(index % side), at(index / side))).collect()
-        };
-        let polar = |index: usize| {
+        let side = edge / 2 + 1;
+        let corner = |index: usize| {
             let (s, t) = (at(index % side), at(index / side));
-            [-math::atan2(-s, t) / TAU * width, math::atan(math::hypot(s, t)) / PI * height]
+            let squared = 1.0 + s * s + t * t;
+            QuarterCorner {
+                row: math::atan2((1.0 + s * s).sqrt(), -t) / PI * height,
+                polar_row: math::atan((s * s + t * t).sqrt()) / PI * height,
+                polar_column: math::atan2(-s, -t) / TAU * width,
+                density: 1.0 / (squared * squared.sqrt()),
+            }
         };
         Self {
             picture,
             canvas: CubeCanvas(cube),
             edge,
-            columns: (0..side).map(|corner| math::atan(at(corner)) / TAU * width).collect(),
-            rows: table(&|s, t| math::atan2((1.0 + s * s).sqrt(), -t) / PI * height),
-            polar: (0..side * side).into_par_iter().map(polar).collect(),
-            density: table(&|s, t| math::pow(1.0 + s * s + t * t, -1.5)),
+            columns: (0..=edge).map(|corner| math::atan(at(corner)) / TAU * width).collect(),
+            quarter: (0..side * side).into_par_iter().with_min_len(256).map(corner).collect(),
         }
     }
 
-    /// The corners of a texel, in the order (left, top), (right, top), (left, bottom), (right, bottom), with
-    /// continuous coordinates of the picture; the column may be up to a turn past either side. `None` near a
-    /// pole.
-    fn corners(&self, face: Face, row: usize, column: usize) -> Option<[Corner; 4]> {
-        let (edge, side) = (self.edge, self.edge + 1);
-        let width = self.picture.width as f64;
-        let corner = |k: usize| (row + k / 2, column + k % 2);
-        let density = |k: usize| {
-            let (row, column) = corner(k);
-            self.density[row * side + column]
-        };
+    /// A corner of the texels of the upper polar face or of the face about the middle column, in coordinates
+    /// of the picture from the middle column and from its upper side.
+    fn corner(&self, kind: Kind, row: usize, column: usize) -> Corner {
+        let (width, height) = (self.picture.width as f64, self.picture.height as f64);
+        let (left, top) = (column.min(self.edge - column), row.min(self.edge - row));
+        let quarter = &self.quarter[top * (self.edge / 2 + 1) + left];
+        match kind {
+            Kind::Horizon => {
+                let y = if row == top { quarter.row } else { height - quarter.row };
+                [self.columns[column], y, quarter.density]
+            }
+            Kind::Polar => {
+                // The top of the face is a half turn from the middle column, its bottom is there.
+                let from_top =
+                    if row == top { 0.5 * width - quarter.polar_column } else { quarter.polar_column };
+                let x = if column == left { -from_top } else { from_top };
+                [x, quarter.polar_row, quarter.density]
+            }
+        }
+    }
+
+    /// The corners of a texel, from its row of upper and its row of lower corners, in the order (left, top),
+    /// (right, top), (left, bottom), (right, bottom). All are on the same side of the seam.
+    fn corners(&self, upper: &[Corner], lower: &[Corner]) -> [Corner; 4] {
+        let mut corners = [upper[0], upper[1], lower[0], lower[1]];
+        let (width, first) = (self.picture.width as f64, corners[0][0]);
+        for corner in &mut corners[1..] {
+            if corner[0] - first > 0.5 * width {
+                corner[0] -= width;
+            } else if first - corner[0] > 0.5 * width {
+                corner[0] += width;
+            }
+        }
+        corners
+    }
+
+    /// Whether the points of a texel are computed one by one.
+    fn is_near_pole(&self, kind: Kind, row: usize, column: usize) -> bool {
+        let from_middle = |k: usize| (2 * k + 1).abs_diff(self.edge);
+        kind == Kind::Polar && from_middle(row).max(from_middle(column)) < 2 * NEAR_POLE
+    }
+
+    /// A row of texels of one kind of face: its upper corners and its lower ones.
+    fn corner_rows(&self, kind: Kind, row: usize) -> [Vec<Corner>; 2] {
+        [row, row + 1].map(|row| (0..=self.edge).map(|column| self.corner(kind, row, column)).collect())
+    }
+
+    /// Each row of each face with its place in `rows`, in groups whose texels have the same points.
+    fn groups<T>(&self, rows: impl Iterator<Item = T>) -> Vec<Group<T>> {
+        let kinds = [Kind::Horizon, Kind::Polar];
+        let mut groups: Vec<_> = kinds
+            .into_iter()
+            .flat_map(|kind| (0..self.edge).map(move |row| Group { kind, row, faces: Vec::with_capacity(4) }))
+            .collect();
+        for (index, of_row) in rows.enumerate() {
+            let (face, row) = (Face::ALL[index / self.edge], index % self.edge);
+            let place = Place::new(self.picture, face, index);
+            let shared = if place.is_lower { self.edge - 1 - row } else { row };
+            groups[if Kind::of(face) == Kind::Polar { self.edge } else { 0 } + shared]
+                .faces
+                .push((place, of_row));
+        }
+        groups
+    }
+}
+
+/// A row of texels of several faces that have the same points.
+struct Group<T> {
+    kind: Kind,
+    /// On the upper of polar faces.
+    row: usize,
+    faces: Vec<(Place, T)>,
+}
+
+/// Where a face has the points that it shares with others.
+#[derive(Clone, Copy)]
+struct Place {
+    /// The row of the cube.
+    row: usize,
+    /// The picture's column, of a whole number of turns more, that is the face's column 0, and what is left.
+    column: usize,
+    fraction: f64,
+    /// Whether the face is the polar one upside down.
+    is_lower: bool,
+}
+
+impl Place {
+    fn new(picture: LatLong, face: Face, row: usize) -> Self {
         // The azimuth of the middle is 0, -90, 90 or 180 degrees; columns count against it from the middle.
         let middle = match face {
             Face::PositiveX => 0.75,
             Face::NegativeX => 0.25,
-            Face::PositiveZ => 0.5,
+            Face::PositiveZ | Face::PositiveY | Face::NegativeY => 0.5,
             Face::NegativeZ => 0.0,
-            Face::PositiveY | Face::NegativeY => {
-                let from_middle = |k: usize| (2 * k + 1).abs_diff(edge);
-                if from_middle(row).max(from_middle(column)) < 2 * NEAR_POLE {
-                    return None;
-                }
-                let is_lower = face == Face::NegativeY;
-                let mut corners = std::array::from_fn(|k| {
-                    let (row, column) = corner(k);
-                    let row = if is_lower { edge - row } else { row };
-                    let [x, y] = self.polar[row * side + column];
-                    let y = if is_lower { self.picture.height as f64 - y } else { y };
-                    [x + 0.5 * width - 0.5, y - 0.5, density(k)]
-                });
-                // Corners on both sides of the seam: all on the side of the first.
-                let first = corners[0][0];
-                for corner in &mut corners {
-                    corner[0] -= ((corner[0] - first) / width).round() * width;
-                }
-                return Some(corners);
-            }
         };
-        Some(std::array::from_fn(|k| {
-            let (row, column) = corner(k);
-            let x = middle * width + self.columns[column] - 0.5;
-            [x, self.rows[row * side + column] - 0.5, density(k)]
-        }))
+        // Two turns more than that, so that no column is negative; a texel's centre is at a whole number.
+        let column = (middle + 2.0) * picture.width as f64 - 0.5;
+        let whole = column as usize;
+        Self { row, column: whole, fraction: column - whole as f64, is_lower: face == Face::NegativeY }
     }
 }
 
-/// A texel whose taps lie next to each other in the picture: no seam and no pole is between them.
-struct Inside {
-    corners: [Corner; 4],
-    /// The first and last column and row among the taps.
-    columns: [usize; 2],
-    rows: [usize; 2],
+/// The taps of a texel, the same on several faces.
+#[derive(Default)]
+struct Shared {
+    /// The fraction of a column that their columns have been moved by.
+    fraction: f64,
+    /// The first and last column and row among the taps; columns without [`Place::column`].
+    columns: [isize; 2],
+    rows: [isize; 2],
+    /// The weights of all pixels between these.
+    weights: Vec<f64>,
+    taps: Vec<Tap>,
+    /// The number of points.
+    points: usize,
 }
 
-impl LatLongOnCube {
-    fn inside(&self, row: usize, column: usize) -> Option<Inside> {
-        let mut corners = self.corners(Face::ALL[row / self.edge], row % self.edge, column)?;
-        let turn = (corners[0][0] / self.picture.width as f64).floor() * self.picture.width as f64;
-        corners.iter_mut().for_each(|corner| corner[0] -= turn);
-        let span = |axis: usize, length: usize| {
-            let of = corners.map(|corner| corner[axis]);
+/// A pixel with a weight.
+struct Tap {
+    /// From the first column and row among all.
+    column: u32,
+    row: u32,
+    /// The sum over points of the solid angle per area of the face.
+    weight: f64,
+    /// The tap's part of the weights of all taps up to it.
+    share: f32,
+}
+
+/// The first and last column and row of a part of a picture.
+#[derive(Clone, Copy)]
+struct Window {
+    columns: [usize; 2],
+    rows: [usize; 2],
+    is_upside_down: bool,
+}
+
+impl Window {
+    fn pixel(&self, tap: &Tap, width: usize) -> usize {
+        let row = tap.row as usize;
+        let row = if self.is_upside_down { self.rows[1] - row } else { self.rows[0] + row };
+        row * width + self.columns[0] + tap.column as usize
+    }
+}
+
+impl Shared {
+    /// The taps of a texel on a face whose columns are a fraction off: only where they are.
+    fn bounds(&mut self, corners: &[Corner; 4], fraction: f64) {
+        // Truncation rounds down what is not negative. What this rounds to the next whole number is on it.
+        const MORE: f64 = 1_073_741_824.0;
+        let span = |axis: usize, by: f64| {
+            let of = corners.map(|corner| corner[axis] + by + MORE);
             let (least, most) = (of.into_iter().fold(f64::MAX, f64::min), of.into_iter().fold(0.0, f64::max));
-            (least >= 0.0 && most < (length - 1) as f64).then(|| [least as usize, most as usize + 1])
+            [least, most].map(|value| value as isize - MORE as isize)
         };
-        let (columns, rows) = (span(0, self.picture.width)?, span(1, self.picture.height)?);
-        Some(Inside { corners, columns, rows })
+        let ([left, right], [top, bottom]) = (span(0, fraction), span(1, -0.5));
+        (self.columns, self.rows) = ([left, right + 1], [top, bottom + 1]);
+        self.fraction = fraction;
+        self.taps.clear();
+    }
+
+    /// Adds the taps of the points between the corners.
+    fn fill(&mut self, corners: &[Corner; 4]) {
+        let first = [self.columns[0] as f64 - self.fraction, self.rows[0] as f64 + 0.5];
+        let [width, height] = [self.columns, self.rows].map(|[first, last]| (last - first + 1) as usize);
+        let points = points_between(corners);
+        self.points = points * points;
+        self.weights.clear();
+        self.weights.resize(width * height, 0.0);
+        between(corners, points, |[x, y, density]| {
+            let (x, y) = ((x - first[0]).max(0.0), (y - first[1]).max(0.0));
+            let (column, row) = (x as u32, y as u32);
+            let (right, lower) = (x - f64::from(column), density * (y - f64::from(row)));
+            let at = row as usize * width + column as usize;
+            for (at, weight) in [(at, density - lower), (at + width, lower)] {
+                self.weights[at] += weight * (1.0 - right);
+                self.weights[at + 1] += weight * right;
+            }
+        });
+        let mut total = 0.0;
+        for (row, weights) in self.weights.chunks_exact(width).enumerate() {
+            for (column, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+                total += weight;
+                let share = (weight / total) as f32;
+                self.taps.push(Tap { column: column as u32, row: row as u32, weight: *weight, share });
+            }
+        }
+    }
+
+    /// The part of the picture with the taps on a face; `None` if a seam or a pole is between them.
+    fn inside(&self, picture: LatLong, place: &Place) -> Option<Window> {
+        let (width, height) = (picture.width as isize, picture.height as isize);
+        let [[left, right], [top, bottom]] = [self.columns, self.rows];
+        let first = (left + place.column as isize).rem_euclid(width);
+        let last = first + right - left;
+        let rows = if place.is_lower { [height - 1 - bottom, height - 1 - top] } else { [top, bottom] };
+        // What follows a pixel is loaded with it, so that the last one is not inside.
+        (last < width && rows[0] >= 0 && rows[1] < height - 1).then(|| Window {
+            columns: [first as usize, last as usize],
+            rows: rows.map(|row| row as usize),
+            is_upside_down: place.is_lower,
+        })
+    }
+
+    /// A part of the picture with all taps, on any texel.
+    fn around(&self, picture: LatLong, place: &Place, is_near_pole: bool) -> Window {
+        let last = picture.height as isize - 1;
+        let top = if is_near_pole { 0 } else { self.rows[0].clamp(0, last) };
+        let bottom = self.rows[1].clamp(0, last);
+        let rows = if place.is_lower { [last - bottom, last - top] } else { [top, bottom] };
+        let rows = rows.map(|row| row as usize);
+        Window { columns: [0, picture.width - 1], rows, is_upside_down: place.is_lower }
+    }
+
+    /// The mean of a picture over the points, by steps from value to value, so that a constant picture stays
+    /// constant to the last bit.
+    fn mean(&self, pixels: &[f32], width: usize, window: Window) -> [f32; 3] {
+        let mut mean = [0.0; 4];
+        for tap in &self.taps {
+            // Four values are loaded at once: the last is not of this pixel.
+            let value = &pixels[3 * window.pixel(tap, width)..][..4];
+            (0..4).for_each(|lane| mean[lane] += tap.share * (value[lane] - mean[lane]));
+        }
+        let [r, g, b, _] = mean;
+        [r, g, b]
     }
 }
 
@@ -147,46 +329,96 @@ impl Points for LatLongOnCube {
     }
 
     fn visit(&self, row: usize, column: usize, mut visit: impl FnMut(Taps, f64)) {
-        let (face, row_of_face) = (Face::ALL[row / self.edge], row % self.edge);
-        let Some(corners) = self.corners(face, row_of_face, column) else {
-            let (across, down) = points_of_texel(self.picture, &self.canvas, row, column);
-            self.canvas.points(row, column, across, down, |direction, solid_angle| {
+        let (face, of_face) = (Face::ALL[row / self.edge], row % self.edge);
+        let place = Place::new(self.picture, face, row);
+        let (kind, of_face) =
+            (Kind::of(face), if place.is_lower { self.edge - 1 - of_face } else { of_face });
+        if self.is_near_pole(kind, of_face, column) {
+            let (centre, extent, _) = self.canvas.extent(row, column);
+            let points = PER_TEXEL * extent / self.picture.side(centre, 0.0);
+            let points = ((points + 0.5) as usize).clamp(1, MOST_POINTS);
+            self.canvas.points(row, column, points, points, |direction, solid_angle| {
                 visit(self.picture.taps(direction), solid_angle);
             });
             return;
-        };
+        }
+        let of_row = |row: usize| [column, column + 1].map(|column| self.corner(kind, row, column));
+        let [above, below] = [of_face, of_face + 1].map(of_row);
+        let [top, bottom] = if place.is_lower { [below, above] } else { [above, below] };
+        let corners = self.corners(&top, &bottom);
+        let (width, height) = (self.picture.width as f64, self.picture.height as f64);
+        let turn = (corners[0][0] + place.column as f64) / width;
+        let shift = place.column as f64 + place.fraction - turn.floor() * width;
         let points = points_between(&corners);
         let area = 4.0 / ((self.edge * self.edge * points * points) as f64);
-        between(&corners, points, |[column, row, density]| {
-            visit(Taps::of_lat_long(self.picture, column, row), area * density);
+        between(&corners, points, |[x, y, density]| {
+            let y = if place.is_lower { height - y } else { y };
+            visit(Taps::of_lat_long(self.picture, x + shift, y - 0.5), area * density);
         });
     }
 
-    fn mean(&self, pixels: &[[f32; 3]], row: usize, column: usize) -> [f32; 3] {
-        let Some(Inside { corners, .. }) = self.inside(row, column) else {
-            return by_taps(self, pixels, row, column);
-        };
-        let width = self.picture.width;
-        let (mut sum, mut total) = ([0.0; 3], 0.0);
-        between(&corners, points_between(&corners), |[x, y, density]| {
-            let (left, top) = (x as usize, y as usize);
-            let (right, lower) = ((x - left as f64) as f32, (y - top as f64) as f32);
-            let first = top * width + left;
-            let (upper_row, lower_row) = (&pixels[first..][..2], &pixels[first + width..][..2]);
-            // Steps from pixel to pixel, not weights: a constant picture stays constant to the last bit.
-            let step = |a: f32, b: f32, share: f32| a + share * (b - a);
-            for channel in 0..3 {
-                let above = step(upper_row[0][channel], upper_row[1][channel], right);
-                let below = step(lower_row[0][channel], lower_row[1][channel], right);
-                sum[channel] += density * f64::from(step(above, below, lower));
+    fn give_to(&self, bright: &BrightTexels, stop: Stop<'_>) -> Result<(), Stopped> {
+        let area = 4.0 / (self.edge * self.edge) as f64;
+        let give = |shared: &mut Shared, Group { kind, row, faces }: Group<()>| {
+            stop.check()?;
+            let [upper, lower] = self.corner_rows(kind, row);
+            for column in 0..self.edge {
+                let is_near_pole = self.is_near_pole(kind, row, column);
+                let corners = self.corners(&upper[column..], &lower[column..]);
+                for (i, (place, ())) in faces.iter().enumerate() {
+                    if i == 0 || place.fraction != shared.fraction {
+                        shared.bounds(&corners, place.fraction);
+                    }
+                    let inside = shared.inside(self.picture, place).filter(|_| !is_near_pole);
+                    let around = inside.unwrap_or_else(|| shared.around(self.picture, place, is_near_pole));
+                    if !bright.is_within(around.columns, around.rows) {
+                        continue;
+                    }
+                    let Some(window) = inside else {
+                        self.visit(place.row, column, |taps, solid_angle| {
+                            bright.give_taps(taps, solid_angle)
+                        });
+                        continue;
+                    };
+                    if shared.taps.is_empty() {
+                        shared.fill(&corners);
+                    }
+                    let area = area / shared.points as f64;
+                    for tap in &shared.taps {
+                        bright.give(window.pixel(tap, self.picture.width), area * tap.weight);
+                    }
+                }
             }
-            total += density;
-        });
-        sum.map(|sum| (sum / total) as f32)
+            Ok(())
+        };
+        let groups = self.groups((0..6 * self.edge).map(|_| ()));
+        groups.into_par_iter().map_init(Shared::default, give).collect()
     }
 
-    fn is_lit_by(&self, bright: &BrightTexels, row: usize, column: usize) -> bool {
-        self.inside(row, column).is_none_or(|inside| bright.is_within(inside.columns, inside.rows))
+    fn means(&self, pixels: &[[f32; 3]], out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
+        let (width, flat) = (self.picture.width, pixels.as_flattened());
+        let mean = |shared: &mut Shared, Group { kind, row, mut faces }: Group<&mut [[f32; 3]]>| {
+            stop.check()?;
+            let [upper, lower] = self.corner_rows(kind, row);
+            for column in 0..self.edge {
+                let is_near_pole = self.is_near_pole(kind, row, column);
+                let corners = self.corners(&upper[column..], &lower[column..]);
+                for (i, (place, texels)) in faces.iter_mut().enumerate() {
+                    if i == 0 || place.fraction != shared.fraction {
+                        shared.bounds(&corners, place.fraction);
+                        shared.fill(&corners);
+                    }
+                    let inside = shared.inside(self.picture, place).filter(|_| !is_near_pole);
+                    texels[column] = match inside {
+                        Some(window) => shared.mean(flat, width, window),
+                        None => by_taps(self, pixels, place.row, column),
+                    };
+                }
+            }
+            Ok(())
+        };
+        let groups = self.groups(out.chunks_mut(self.edge));
+        groups.into_par_iter().map_init(Shared::default, mean).collect()
     }
 }
 
@@ -195,7 +427,7 @@ fn points_between(corners: &[Corner; 4]) -> usize {
     let diagonal = |from: usize, to: usize| [0, 1].map(|axis| corners[to][axis] - corners[from][axis]);
     let ([a, b], [c, d]) = (diagonal(0, 3), diagonal(1, 2));
     let pixels = 0.5 * (a * d - b * c).abs();
-    (PER_TEXEL * pixels.sqrt()).round().clamp(1.0, MOST_POINTS as f64) as usize
+    ((PER_TEXEL * pixels.sqrt() + 0.5) as usize).clamp(1, MOST_POINTS)
 }
 
 /// Calls `visit` with the numbers at `points`^2 points spread evenly between four corners.
@@ -257,6 +489,28 @@ mod tests {
                 }
             }
             assert!((whole / (4.0 * PI) - 1.0).abs() < 1.0 / (edge * edge) as f64, "{edge}: {whole}");
+        }
+    }
+
+    /// The means that several faces share are those of each texel's own points, also if a quarter turn is not
+    /// a whole number of columns.
+    #[test]
+    fn shared_points_are_those_of_each_texel() {
+        for (edge, rows) in [(64, 100), (33, 65), (5, 9), (4, 2)] {
+            let picture = LatLong::with_rows(rows);
+            let noise = |texel: usize| ((texel * 2_654_435_761) % 65_536) as f32 / 65_536.0;
+            let pixels: Vec<_> = (0..picture.len()).map(|i| [noise(i), 1.0, noise(7 * i)]).collect();
+            let points = LatLongOnCube::new(picture, Cube { edge });
+            let mut found = vec![[0.0; 3]; 6 * edge * edge];
+            points.means(&pixels, &mut found, Stop::NEVER).unwrap();
+            for (texel, found) in found.iter().enumerate() {
+                let expected = by_taps(&points, &pixels, texel / edge, texel % edge);
+                assert_eq!(found[1], 1.0);
+                for channel in [0, 2] {
+                    let error = (found[channel] - expected[channel]).abs();
+                    assert!(error < 3e-6, "{edge} {rows} {texel}: {found:?} {expected:?}");
+                }
+            }
         }
     }
 }

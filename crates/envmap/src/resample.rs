@@ -10,8 +10,6 @@
 //! new texels of size g adds g^2 / 24: both are second order. Interpolation at one point is off by no more
 //! than h^2 / 8 of the larger second derivative in each of two directions.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use rayon::prelude::*;
 use sh::{Stop, Stopped, unstopped};
 
@@ -48,14 +46,28 @@ pub(crate) trait Points: Sync + Sized {
     /// angle.
     fn visit(&self, row: usize, column: usize, visit: impl FnMut(Taps, f64));
 
-    /// The mean of the picture over the points of a texel.
-    fn mean(&self, pixels: &[[f32; 3]], row: usize, column: usize) -> [f32; 3] {
-        by_taps(self, pixels, row, column)
+    /// Gives the bright texels of the picture the solid angles of their points. `stop` is asked before each
+    /// row.
+    fn give_to(&self, bright: &BrightTexels, stop: Stop<'_>) -> Result<(), Stopped> {
+        let canvas = self.canvas();
+        (0..canvas.rows()).into_par_iter().try_for_each(|row| {
+            stop.check()?;
+            for column in 0..canvas.width() {
+                self.visit(row, column, |taps, solid_angle| bright.give_taps(taps, solid_angle));
+            }
+            Ok(())
+        })
     }
 
-    /// Whether a bright texel may be among the taps of a texel.
-    fn is_lit_by(&self, _bright: &BrightTexels, _row: usize, _column: usize) -> bool {
-        true
+    /// The means of the picture over the points of each texel. `stop` is asked before each row.
+    fn means(&self, pixels: &[[f32; 3]], out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
+        out.par_chunks_mut(self.canvas().width()).enumerate().try_for_each(|(row, values)| {
+            stop.check()?;
+            for (column, value) in values.iter_mut().enumerate() {
+                *value = by_taps(self, pixels, row, column);
+            }
+            Ok(())
+        })
     }
 }
 
@@ -93,12 +105,7 @@ impl<T: Texels, C: Canvas> Points for OnCanvas<'_, T, C> {
 }
 
 /// The number of points that a texel needs across and down.
-pub(crate) fn points_of_texel(
-    picture: impl Texels,
-    canvas: &impl Canvas,
-    row: usize,
-    column: usize,
-) -> (usize, usize) {
+fn points_of_texel(picture: impl Texels, canvas: &impl Canvas, row: usize, column: usize) -> (usize, usize) {
     let (centre, across, down) = canvas.extent(row, column);
     let side = picture.side(centre, math::hypot(across, down) / 2.0);
     // If both grids are equal, rounding must not add a point.
@@ -116,45 +123,16 @@ pub(crate) fn resample_points<T: Texels, P: Points>(
     stop: Stop<'_>,
 ) -> Result<Vec<[f32; 3]>, Stopped> {
     let canvas = points.canvas();
-    let bright = BrightTexels::find(picture, width, pixels);
-    let lit: Vec<AtomicBool> = (0..if bright.is_empty() { 0 } else { canvas.width() * canvas.rows() })
-        .map(|_| AtomicBool::new(false))
-        .collect();
     let mut out = vec![[0.0; 3]; canvas.width() * canvas.rows()];
-    out.par_chunks_mut(canvas.width()).enumerate().try_for_each(|(row, values)| {
-        stop.check()?;
-        for (column, value) in values.iter_mut().enumerate() {
-            let mut is_lit = false;
-            if !bright.is_empty() && points.is_lit_by(&bright, row, column) {
-                points.visit(row, column, |taps, solid_angle| {
-                    for (texel, weight) in taps.index.into_iter().zip(taps.weight) {
-                        is_lit |= bright.give(texel, weight * solid_angle);
-                    }
-                });
-            }
-            if is_lit {
-                lit[row * canvas.width() + column].store(true, Ordering::Relaxed);
-            } else {
-                *value = points.mean(pixels, row, column);
-            }
-        }
-        Ok(())
-    })?;
+    let bright = BrightTexels::find(picture, width, pixels);
     if bright.is_empty() {
+        points.means(pixels, &mut out, stop)?;
         return Ok(out);
     }
-
+    points.give_to(&bright, stop)?;
     let mut balanced = pixels.to_vec();
     let unseen = bright.balance(picture, &mut balanced);
-    out.par_chunks_mut(canvas.width()).enumerate().try_for_each(|(row, values)| {
-        stop.check()?;
-        for (column, value) in values.iter_mut().enumerate() {
-            if lit[row * canvas.width() + column].load(Ordering::Relaxed) {
-                *value = points.mean(&balanced, row, column);
-            }
-        }
-        Ok(())
-    })?;
+    points.means(&balanced, &mut out, stop)?;
     for (texel, solid_angle) in unseen {
         let Some(direction) = picture.direction(texel) else { continue };
         let (row, column) = canvas.texel(direction);

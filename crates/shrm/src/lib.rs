@@ -48,8 +48,8 @@ pub use map_degree::MapContent;
 pub use mean_lobe::{DiskMeans, MeanLight, MeanLobe};
 pub use plain::Plain;
 pub use prefilter::{
-    Distribution, FastChain, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel,
-    Prefiltered, PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series,
+    Distribution, LevelMethod, LightBlocks, MethodChoice, PrefilterError, PrefilterKernel, Prefiltered,
+    PrefilteredLevel, RoughnessOutOfRange, prefilter, prefilter_series,
 };
 pub use reflection::{MOST_P, Reflection, ViewDependent};
 pub use resolution::{ByteBudget, MapLayout, Resolution};

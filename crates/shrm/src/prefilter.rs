@@ -18,17 +18,14 @@
 //!
 //! [`prefilter_series`] does it on coefficients. It is exact but for what L holds past its degree F, where
 //! k_l is small enough if F is [`PrefilterKernel::degree`]. [`LightBlocks`] sums over blocks of texels
-//! instead, for lobes that are sharper than any degree the light has. [`FastChain`] is an approximation for
-//! sharp GGX lobes in a small part of the time.
+//! instead, for lobes that are sharper than any degree the light has.
 
 mod blocks;
-mod fast;
 mod levels;
 mod series;
 mod zonal;
 
 pub use blocks::LightBlocks;
-pub use fast::FastChain;
 pub use levels::{LevelMethod, MethodChoice, PrefilterError, Prefiltered, PrefilteredLevel, prefilter};
 pub use series::prefilter_series;
 
@@ -36,7 +33,7 @@ use sh::Expansion;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
 /// The lobe of a prefilter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -191,10 +188,16 @@ impl PrefilterKernel {
     /// ```
     pub fn convolve(&self, series: &Expansion) -> Expansion {
         let mut filtered = series.clone();
-        let rows = filtered.coefficients_mut();
-        for (l, k) in self.factors(series.degree().get()).into_iter().enumerate() {
-            rows[l * l..(l + 1) * (l + 1)].as_flattened_mut().iter_mut().for_each(|value| *value *= k);
-        }
+        multiply(&mut filtered, &self.factors(series.degree().get()));
         filtered
+    }
+}
+
+/// Multiplies each degree by its factor.
+fn multiply(series: &mut Expansion, factors: &[f64]) {
+    let degree = series.degree().get();
+    let rows = series.coefficients_mut();
+    for (l, k) in factors.iter().enumerate().take(degree + 1) {
+        rows[l * l..(l + 1) * (l + 1)].as_flattened_mut().iter_mut().for_each(|value| *value *= k);
     }
 }

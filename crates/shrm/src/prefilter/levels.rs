@@ -1,14 +1,11 @@
 //! The levels of a prefiltered cube: for each roughness the method that suits its lobe and the light.
 
 use envmap::{CubeMap, Environment};
-use rayon::prelude::*;
 use sh::{Degree, Expansion, Lighting, Stop, Stopped, Transform, TransformError, energy_per_degree};
 use sphere::{Cube, LatLong, spiral};
 
-use super::{
-    Distribution, FastChain, HORIZON_DEGREE, LightBlocks, PrefilterKernel, RoughnessOutOfRange,
-    prefilter_series,
-};
+use super::series::by_factors;
+use super::{Distribution, HORIZON_DEGREE, LightBlocks, PrefilterKernel, RoughnessOutOfRange};
 
 /// The caller's choice of how levels are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -21,9 +18,6 @@ pub enum MethodChoice {
     Series,
     /// Levels are made by quadrature over blocks of texels.
     Quadrature,
-    /// GGX lobes that need more than [`FastChain::SERIES_DEGREE`] from a [`FastChain`], as far as it has an
-    /// edge for them; all others as by `Auto`.
-    Fast,
 }
 
 /// How a level was made.
@@ -31,18 +25,13 @@ pub enum MethodChoice {
 pub enum LevelMethod {
     /// The level is a mirror: the environment, averaged over each texel.
     Resampled,
-    /// The level was made by [`prefilter_series`] with this many degrees.
+    /// The level was made by [`crate::prefilter_series`] with this many degrees.
     Series {
         /// The highest l, inclusive.
         degree: usize,
     },
     /// The level was made by [`LightBlocks`].
     Quadrature,
-    /// The level was made by a [`FastChain`].
-    Fast {
-        /// The number of levels of the chain that have a weight.
-        taps: usize,
-    },
 }
 
 /// One level of a prefiltered cube.
@@ -58,8 +47,7 @@ pub struct PrefilteredLevel {
     pub negative: usize,
     /// The estimated RMS error as a share of the level's largest value: of a series, what its cut leaves
     /// out, as the light's energy per degree tells; of quadrature, the difference from blocks of a third of
-    /// the size in 64 directions; of a chain, the difference from blocks in 64 of its texels. `None` for a
-    /// mirror.
+    /// the size in 64 directions. `None` for a mirror.
     pub error: Option<f64>,
 }
 
@@ -136,13 +124,7 @@ pub fn prefilter(
         .zip(roughness)
         .map(|(kernel, &roughness)| match (kernel.map(|kernel| kernel.degree()), choice) {
             (None, _) => Ok(LevelMethod::Resampled),
-            // How many taps is known when the chain is.
-            (Some(_), MethodChoice::Fast) if kernel.as_ref().and_then(FastChain::edge).is_some() => {
-                Ok(LevelMethod::Fast { taps: 0 })
-            }
-            (Some(degree), MethodChoice::Auto | MethodChoice::Series | MethodChoice::Fast)
-                if degree <= held =>
-            {
+            (Some(degree), MethodChoice::Auto | MethodChoice::Series) if degree <= held => {
                 Ok(LevelMethod::Series { degree })
             }
             (Some(needed), MethodChoice::Series) => {
@@ -158,30 +140,12 @@ pub fn prefilter(
     });
     let highest = needed.max().unwrap_or(0).max(HORIZON_DEGREE.min(own));
     let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX))?;
-    let fast = kernels.iter().zip(&methods).filter(|(_, method)| matches!(method, LevelMethod::Fast { .. }));
-    let chain_edge = fast.filter_map(|(kernel, _)| FastChain::edge(kernel.as_ref()?)).max();
-    let mut light = LevelLight {
-        environment,
-        energy: energy_per_degree(&series),
-        series,
-        blocks: None,
-        chain: None,
-        stop,
-    };
+    let mut light =
+        LevelLight { environment, energy: energy_per_degree(&series), series, blocks: None, stop };
     let mut levels: Vec<PrefilteredLevel> = Vec::with_capacity(roughness.len());
     for (l, method) in methods.into_iter().enumerate() {
         stop.check()?;
         let cube = Cube { edge: (resolution >> l.min(31)).max(1) };
-        if let (LevelMethod::Fast { .. }, None, Some(edge)) = (method, &light.chain, chain_edge) {
-            let is_mirror = |level: &&PrefilteredLevel| {
-                level.method == LevelMethod::Resampled && level.map.cube().edge == edge
-            };
-            let pixel = std::f64::consts::PI / environment.grid().height as f64;
-            light.chain = Some(match levels.iter().find(is_mirror) {
-                Some(mirror) => FastChain::new(&mirror.map, pixel),
-                None => FastChain::new(&environment.cube_map(Cube { edge })?, pixel),
-            });
-        }
         levels.push(light.level(roughness[l], kernels[l].as_ref(), method, cube)?);
     }
     Ok(Prefiltered { distribution, levels, series: light.series })
@@ -233,8 +197,6 @@ struct LevelLight<'a> {
     energy: Vec<[f64; 3]>,
     /// The environment's blocks, built when the first level needs them.
     blocks: Option<LightBlocks<'a>>,
-    /// The chain of levels that are made by one: built before the first of them.
-    chain: Option<FastChain>,
     stop: Stop<'a>,
 }
 
@@ -253,19 +215,15 @@ impl LevelLight<'_> {
         };
         let environment = self.environment;
         let blocks = || LightBlocks::new(environment);
-        let (texels, error, method) = match (method, &self.chain) {
-            (LevelMethod::Series { degree }, _) => {
-                (prefilter_series(&self.series, kernel, cube)?, self.cut_off(kernel, degree), method)
-            }
-            (LevelMethod::Fast { .. }, Some(chain)) => {
-                let texels = chain.prefilter(kernel, cube);
-                let error = difference(self.blocks.get_or_insert_with(blocks), kernel, cube, &texels);
-                (texels, error, LevelMethod::Fast { taps: chain.taps(kernel) })
+        let (texels, error) = match method {
+            LevelMethod::Series { degree } => {
+                let factors = kernel.factors(2 * degree);
+                (by_factors(&self.series, &factors, degree, cube)?, self.cut_off(&factors, degree))
             }
             _ => {
                 let blocks = self.blocks.get_or_insert_with(blocks);
                 let texels = blocks.prefilter(kernel, cube, self.stop)?;
-                (texels, quadrature_error(blocks, kernel), LevelMethod::Quadrature)
+                (texels, quadrature_error(blocks, kernel))
             }
         };
         let (map, negative) = without_negatives(cube, texels);
@@ -276,8 +234,7 @@ impl LevelLight<'_> {
 
     /// The RMS over the sphere of what a series loses past a degree: the root of sum over l of k_l^2 E_l / 4
     /// pi. Past the degrees that were computed, energy is taken to grow as that of a point light, 2 l + 1.
-    fn cut_off(&self, kernel: &PrefilterKernel, degree: usize) -> f64 {
-        let factors = kernel.factors(2 * degree);
+    fn cut_off(&self, factors: &[f64], degree: usize) -> f64 {
         let last = self.energy.len() - 1;
         let lost = |channel: usize| -> f64 {
             let energy = |l: usize| match self.energy.get(l) {
@@ -293,20 +250,6 @@ impl LevelLight<'_> {
 
 /// The number of directions in which errors are measured.
 const DIRECTIONS: usize = 64;
-
-/// The RMS difference from blocks, in texels that are spread evenly.
-fn difference(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel, cube: Cube, texels: &[[f32; 3]]) -> f64 {
-    let edge = cube.edge;
-    let square = |index: usize| -> f64 {
-        let (face, s, t) = cube.position(spiral(index, DIRECTIONS));
-        let [column, row] = [s, t].map(|s| ((s * edge as f64) as usize).min(edge - 1));
-        let found = texels[(face as usize * edge + row) * edge + column];
-        let expected = blocks.prefilter_at(kernel, cube.direction(face, row, column), LightBlocks::SHARE);
-        (0..3).map(|channel| math::powi(f64::from(found[channel]) - expected[channel], 2)).fold(0.0, f64::max)
-    };
-    let squares: Vec<f64> = (0..DIRECTIONS).into_par_iter().map(square).collect();
-    (squares.iter().sum::<f64>() / DIRECTIONS as f64).sqrt()
-}
 
 /// The RMS difference from blocks of a third of the size.
 fn quadrature_error(blocks: &LightBlocks<'_>, kernel: &PrefilterKernel) -> f64 {

@@ -5,7 +5,7 @@
 use sh::{Degree, Expansion, TransformError, interpolate_cube};
 use sphere::Cube;
 
-use super::PrefilterKernel;
+use super::{PrefilterKernel, multiply};
 
 /// The prefilter of a series at the centres of a cube's texels: six faces in file order, rows from the top.
 ///
@@ -30,8 +30,20 @@ pub fn prefilter_series(
     kernel: &PrefilterKernel,
     cube: Cube,
 ) -> Result<Vec<[f32; 3]>, TransformError> {
-    let degree = Degree::new(kernel.degree()).unwrap_or(Degree::MAX).min(series.degree());
-    let filtered = kernel.convolve(&series.to_degree(degree));
+    let degree = kernel.degree();
+    by_factors(series, &kernel.factors(degree), degree, cube)
+}
+
+/// [`prefilter_series`] with the factors of a kernel up to a degree.
+pub(super) fn by_factors(
+    series: &Expansion,
+    factors: &[f64],
+    degree: usize,
+    cube: Cube,
+) -> Result<Vec<[f32; 3]>, TransformError> {
+    let degree = Degree::new(degree).unwrap_or(Degree::MAX).min(series.degree());
+    let mut filtered = series.to_degree(degree);
+    multiply(&mut filtered, factors);
     interpolate_cube(&filtered, cube)
 }
 

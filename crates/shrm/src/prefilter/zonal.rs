@@ -18,67 +18,97 @@ use super::{Distribution, PrefilterKernel};
 const NODES: usize = 20;
 
 /// The phase of P_l over a panel, in radians: 20 nodes integrate that many to rounding.
-const PHASE: f64 = 8.0;
+const PHASE: f64 = 16.0;
 
 /// k_l for l = 0 ..= `degree`.
 pub(super) fn factors(kernel: &PrefilterKernel, degree: usize) -> Vec<f64> {
     let (theta, weights) = gauss_legendre(NODES);
     let nodes: [f64; NODES] = std::array::from_fn(|node| math::cos(theta[node]));
-    let alpha = kernel.alpha();
-    // The largest derivative of the angle is 1 for GGX's t and about pi / 2 for Charlie's v.
-    let (length, rate, features) = match kernel.distribution() {
-        Distribution::Ggx => (math::asinh(1.0 / alpha), 1.0, 8.0),
-        Distribution::Charlie => (1.0, 4.0, 8.0 + 4.0 / alpha),
-        Distribution::Lambert => (1.0, FRAC_PI_2, 4.0),
-    };
-    let panels = (degree as f64 * length * rate / PHASE + features).ceil();
+    let recurrence: Vec<[f64; 2]> = (0..=degree)
+        .map(|l| [(2.0 * l as f64 + 1.0) / (l as f64 + 1.0), l as f64 / (l as f64 + 1.0)])
+        .collect();
     let mut sums = vec![0.0; degree + 1];
-    for panel in 0..panels as usize {
-        let (mut mu, mut weight) = ([0.0; NODES], [0.0; NODES]);
+    for ends in panels(kernel, degree).windows(2) {
+        let (mut down, mut weight) = ([0.0; NODES], [0.0; NODES]);
+        let half = 0.5 * (ends[1] - ends[0]);
         for node in 0..NODES {
-            let t = length * (panel as f64 + 0.5 + 0.5 * nodes[node]) / panels;
             let measure;
-            (mu[node], measure) = transformed(kernel, t);
-            weight[node] = weights[node] * measure;
+            (down[node], measure) = transformed(kernel, ends[0] + half * (1.0 + nodes[node]));
+            weight[node] = half * weights[node] * measure;
         }
-        accumulate(&mu, &weight, &mut sums);
+        accumulate(&down, &weight, &recurrence, &mut sums);
     }
     let total = sums[0];
     sums.iter_mut().for_each(|sum| *sum /= total);
     sums
 }
 
-/// mu and K dmu / dt at t, up to a constant factor.
+/// The ends of the panels in t.
+fn panels(kernel: &PrefilterKernel, degree: usize) -> Vec<f64> {
+    let alpha = kernel.alpha();
+    // The largest derivative of the angle is about pi / 2 for Charlie's v. GGX's is 1 far from the peak and
+    // small near it, where most of t is.
+    let (length, rate, features) = match kernel.distribution() {
+        Distribution::Ggx => (math::asinh(1.0 / alpha), 0.0, 8.0),
+        Distribution::Charlie => (1.0, 4.0, 8.0 + 4.0 / alpha),
+        Distribution::Lambert => (1.0, FRAC_PI_2, 4.0),
+    };
+    let even = length / (degree as f64 * length * rate / PHASE + features).ceil();
+    let mut ends = vec![0.0];
+    let mut end = 0.0;
+    while end < length {
+        end += even;
+        if kernel.distribution() == Distribution::Ggx {
+            let angle = |t: f64| 2.0 * math::atan(alpha * math::sinh(t));
+            let before = end - even;
+            let next = angle(before) + PHASE / degree.max(1) as f64;
+            if next < angle(end) {
+                end = math::asinh(math::tan(0.5 * next) / alpha);
+            }
+        }
+        // The last panel takes what rounding leaves.
+        end = if end > length - 1e-9 { length } else { end };
+        ends.push(end);
+    }
+    ends
+}
+
+/// 1 - mu and K dmu / dt at t, the latter up to a constant factor.
 fn transformed(kernel: &PrefilterKernel, t: f64) -> (f64, f64) {
     let alpha = kernel.alpha();
     match kernel.distribution() {
         Distribution::Ggx => {
             let squared = math::powi(alpha * math::sinh(t), 2);
             let mu = (1.0 - squared) / (1.0 + squared);
-            (mu, mu * math::tanh(t) / math::powi(math::cosh(t), 2))
+            (2.0 * squared / (1.0 + squared), mu * math::tanh(t) / math::powi(math::cosh(t), 2))
         }
         Distribution::Charlie => {
-            let mu = 1.0 - math::powi(t, 4);
-            (mu, mu * math::pow(t, 2.0 / alpha) * math::powi(t, 3))
+            let down = math::powi(t, 4);
+            (down, (1.0 - down) * math::pow(t, 2.0 / alpha) * math::powi(t, 3))
         }
         Distribution::Lambert => {
             let theta = FRAC_PI_2 * t;
-            (math::cos(theta), math::cos(theta) * math::sin(theta))
+            (2.0 * math::powi(math::sin(0.5 * theta), 2), math::cos(theta) * math::sin(theta))
         }
     }
 }
 
-/// Adds weight P_l(mu) of each node to the sums, l from 0: (l + 1) P_(l+1) = (2 l + 1) mu P_l - l P_(l-1).
-fn accumulate(mu: &[f64; NODES], weight: &[f64; NODES], sums: &mut [f64]) {
-    let (mut before, mut current) = ([0.0; NODES], *weight);
-    for (l, sum) in sums.iter_mut().enumerate() {
-        *sum += current.iter().sum::<f64>();
-        let l = l as f64;
-        let (grow, fall) = ((2.0 * l + 1.0) / (l + 1.0), l / (l + 1.0));
+/// Adds weight P_l(mu) of each node to the sums, l from 0.
+///
+/// By d_l = P_(l+1) - P_l = b_l d_(l-1) - a_l (1 - mu) P_l, with a_l = (2 l + 1) / (l + 1) and b_l = l / (l +
+/// 1): near the peak, where P_l depends on the last bits of mu, 1 - mu is exact.
+fn accumulate(down: &[f64; NODES], weight: &[f64; NODES], recurrence: &[[f64; 2]], sums: &mut [f64]) {
+    const LANES: usize = 4;
+    let (mut current, mut difference) = (*weight, [0.0; NODES]);
+    for (sum, [grow, fall]) in sums.iter_mut().zip(recurrence) {
+        let mut lanes = [0.0; LANES];
+        for values in current.as_chunks::<LANES>().0 {
+            (0..LANES).for_each(|lane| lanes[lane] += values[lane]);
+        }
+        *sum += (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
         for node in 0..NODES {
-            let next = grow * mu[node] * current[node] - fall * before[node];
-            before[node] = current[node];
-            current[node] = next;
+            difference[node] = fall * difference[node] - grow * down[node] * current[node];
+            current[node] += difference[node];
         }
     }
 }

@@ -172,7 +172,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
@@ -435,7 +435,6 @@ fn cube_files(
             LevelMethod::Resampled => ("resampled", None),
             LevelMethod::Series { degree } => ("sh", Some(degree)),
             LevelMethod::Quadrature => ("quadrature", None),
-            LevelMethod::Fast { .. } => ("fast", None),
         };
         json!({
             "size": level.map.cube().edge, "roughness": level.roughness, "method": method, "degree": degree,

@@ -86,7 +86,7 @@ impl Kind for TestPattern {
     type Parameters = Parameters;
 
     const NAME: &'static str = "test-pattern";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] =
         &[shrm::revisions::PREFILTER, sh::revisions::TRANSFORM, envmap::revisions::CUBE_MAP];
     const TEXT: &'static str = include_str!("test_pattern.rs");

@@ -45,20 +45,12 @@
 //! quadrature over the environment's texels: those near the lobe one by one, those far from it in blocks.
 //! Neither has sampling noise: a sun of three texels keeps its energy. The build notes the method, the
 //! degree and the estimated error of each level, and how many negative values became 0.
-//!
-//! `method = "fast"` is for previews and for many environments. GGX levels of roughness 0.034 to 0.125,
-//! which take most of the time, are then sums over a chain of coarser cubes (after Manson and Sloan 2016),
-//! which takes a fifth of the time of harmonics and a hundredth of the time of quadrature. Their error
-//! (RMS) is up to 0.3 percent of the level in soft light, 0.3 to 1.2 percent in photographs without a sun,
-//! 2 to 4 percent if a sun of few pixels is nearly all of the light, and up to 9 percent if that sun is in
-//! a corner of the cube. The note compares 64 texels with quadrature, and may miss a sun. Other levels are
-//! made as with `auto`.
 
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use shrm::{Distribution, LevelMethod, MethodChoice, PrefilterError, PrefilteredLevel, prefilter};
 
 use crate::engines::{self, EnginePreset, nearest_power_of_two};
-use crate::values::{DistributionName, LOSS, MAX_RESOLUTION, UntilStopped, about, artifacts, percent};
+use crate::values::{DistributionName, MAX_RESOLUTION, UntilStopped, artifacts, percent};
 
 choice! {
     /// How levels are made.
@@ -69,8 +61,6 @@ choice! {
         Series = "sh",
         /// By quadrature over the environment's texels.
         Quadrature = "quadrature",
-        /// Sharp GGX lobes approximately, by a chain of cubes; others as with `auto`.
-        Fast = "fast",
     }
 }
 
@@ -166,10 +156,7 @@ impl Kind for Prefilter {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let is_ggx = parameters.distribution.0 == Distribution::Ggx;
-        let not_fast = (parameters.method.0 == MethodChoice::Fast && !is_ggx)
-            .then(|| ("method", "\"fast\" supports only distribution = \"ggx\"".into()));
-        parameters.levels().err().into_iter().chain(not_fast).collect()
+        parameters.levels().err().into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -186,19 +173,11 @@ impl Kind for Prefilter {
         })?;
         for (l, level) in prefiltered.levels.iter().enumerate() {
             reporter.note(level_note(l, level));
-            let is_fast = matches!(level.method, LevelMethod::Fast { .. });
-            if let Some(error) = level.error.filter(|error| is_fast && *error > LOSS) {
-                reporter.warn(format!(
-                    "level {l} is off by up to {} of its largest value; method = \"auto\" is slower and more \
-                     accurate",
-                    about(error)
-                ));
-            }
         }
         let sharp = |level: &&PrefilteredLevel| level.method == LevelMethod::Quadrature;
         let by_quadrature = prefiltered.levels.iter().filter(sharp).count();
-        let may_change = matches!(parameters.method.0, MethodChoice::Auto | MethodChoice::Fast);
-        if let (Some(lighting), true, 1..) = (lighting, may_change, by_quadrature) {
+        let is_auto = parameters.method.0 == MethodChoice::Auto;
+        if let (Some(lighting), true, 1..) = (lighting, is_auto, by_quadrature) {
             reporter.note(format!(
                 "the lighting holds degree {}: {by_quadrature} of {} levels need more and are made by quadrature",
                 lighting.series.degree().get(),
@@ -229,7 +208,6 @@ fn level_note(l: usize, level: &PrefilteredLevel) -> String {
         LevelMethod::Resampled => "the environment, averaged over each texel".to_owned(),
         LevelMethod::Series { degree } => format!("spherical harmonics to degree {degree}"),
         LevelMethod::Quadrature => "quadrature".to_owned(),
-        LevelMethod::Fast { taps } => format!("fast, {taps} taps"),
     };
     let edge = level.map.cube().edge;
     let mut text = format!("level {l}, {edge} x {edge}, roughness {:.3}: {method}", level.roughness);

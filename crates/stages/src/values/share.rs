@@ -4,7 +4,7 @@ use engine::Reporter;
 use sh::Light;
 
 /// The share of the light above which a loss is a warning.
-pub(crate) const LOSS: f64 = 0.01;
+const LOSS: f64 = 0.01;
 
 /// Notes the share of something that a result loses: `0.4 % of ` and then `what`, such as `the vertices are
 /// below zero`. If the share is above 1 %, this is a warning, which ends with `help`.

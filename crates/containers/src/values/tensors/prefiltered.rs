@@ -24,8 +24,6 @@ struct LevelEntry {
     method: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     degree: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    taps: Option<usize>,
     negative: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
@@ -42,17 +40,15 @@ pub fn encode_prefiltered(prefiltered: &Prefiltered, recipe: Option<&str>) -> Re
     let name = DISTRIBUTIONS.iter().find(|(_, known)| *known == prefiltered.distribution);
     file.entry(DISTRIBUTION, name.map_or("ggx", |(name, _)| name));
     let entry = |level: &PrefilteredLevel| {
-        let (method, degree, taps) = match level.method {
-            LevelMethod::Resampled => ("resampled", None, None),
-            LevelMethod::Series { degree } => ("sh", Some(degree), None),
-            LevelMethod::Quadrature => ("quadrature", None, None),
-            LevelMethod::Fast { taps } => ("fast", None, Some(taps)),
+        let (method, degree) = match level.method {
+            LevelMethod::Resampled => ("resampled", None),
+            LevelMethod::Series { degree } => ("sh", Some(degree)),
+            LevelMethod::Quadrature => ("quadrature", None),
         };
         LevelEntry {
             roughness: level.roughness,
             method: method.into(),
             degree,
-            taps,
             negative: level.negative,
             error: level.error,
         }
@@ -91,11 +87,10 @@ pub fn decode_prefiltered(bytes: &[u8]) -> Result<Prefiltered, Error> {
         let wrong = || wrong_shape(&name, SHAPE, tensor.shape());
         let &[6, edge, width, 3] = tensor.shape() else { return Err(wrong()) };
         let map = CubeMap::new(Cube { edge }, pixels).filter(|_| edge == width).ok_or_else(wrong)?;
-        let method = match (entry.method.as_str(), entry.degree, entry.taps) {
-            ("resampled", None, None) => LevelMethod::Resampled,
-            ("sh", Some(degree), None) => LevelMethod::Series { degree },
-            ("quadrature", None, None) => LevelMethod::Quadrature,
-            ("fast", None, Some(taps)) => LevelMethod::Fast { taps },
+        let method = match (entry.method.as_str(), entry.degree) {
+            ("resampled", None) => LevelMethod::Resampled,
+            ("sh", Some(degree)) => LevelMethod::Series { degree },
+            ("quadrature", None) => LevelMethod::Quadrature,
             (other, ..) => return Err(Error::damaged(format!("level {l} has the unknown method {other:?}"))),
         };
         let LevelEntry { roughness, negative, error, .. } = entry;
@@ -124,7 +119,6 @@ mod tests {
             level(4, 0.0, LevelMethod::Resampled),
             level(2, 1.0 / 3.0, LevelMethod::Quadrature),
             level(1, 1.0, LevelMethod::Series { degree: 74 }),
-            level(1, 0.1, LevelMethod::Fast { taps: 7 }),
         ];
         let series = Expansion::from_coefficients(Degree::new(1).unwrap(), vec![[1.0, 2.0, 3.0]; 4]).unwrap();
         Prefiltered { distribution: Distribution::Charlie, levels, series }
