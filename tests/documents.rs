@@ -106,7 +106,7 @@ fn programs_of_research_are_listed_and_those_that_documents_name_exist() {
     let mut named = 0;
     for document in documents().iter().filter(|document| document.starts_with("docs")) {
         for command in read(document).split("--manifest-path research/Cargo.toml --bin ").skip(1) {
-            let name = command.split_whitespace().next().unwrap();
+            let name = command.split(|c: char| c.is_whitespace() || c == '`').next().unwrap();
             assert!(programs.join(name).with_extension("rs").exists(), "{document} names {name}");
             named += 1;
         }

@@ -1,4 +1,4 @@
-//! Values that kinds compute from an artifact, kept in memory for other items and later builds of the process.
+//! Values that kinds compute from an artifact, kept in memory for other items and later builds.
 
 use std::any::Any;
 use std::sync::Arc;

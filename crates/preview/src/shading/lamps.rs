@@ -205,9 +205,7 @@ mod tests {
         let (mut sum, mut points) = ([0.0; 3], Vec::new());
         for lamp in lamps.lamps() {
             let mirrored = DVec3::new(-view.x, -view.y, view.z);
-            for (direction, share) in
-                lamp.points(local(lamp.light.direction.vector()), mirrored, lamps.choice()[0])
-            {
+            for (direction, share) in lamp.points(local(lamp.light.direction.vector()), mirrored) {
                 let incident = Direction::normalised(local(direction.vector()));
                 let rho = material.mean_over_turns(turns, incident, Direction::normalised(view));
                 (0..3).for_each(|channel| sum[channel] += lamp.flux[channel] * share * rho[channel]);
