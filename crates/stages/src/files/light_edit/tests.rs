@@ -1,6 +1,7 @@
 //! A manifest before and after the light of its first subject was turned.
 
 use std::fs;
+use std::path::Path;
 
 use super::*;
 
@@ -8,11 +9,11 @@ const SOURCES: &str = r#"schema = 1
 
 [stage.environment]   # items: studio
 kind = "import-environment"
-source = "ASSETS/environments/studio.exr"
+source = "studio.exr"
 
 [stage.material]
 kind = "import-material"
-source = "ASSETS/materials/gold.toml"
+source = "gold.toml"
 
 [stage.lighting]
 kind = "project-sh"
@@ -46,14 +47,18 @@ fn catalog(text: &str) -> PreviewCatalog {
     let folder = tempfile::tempdir().unwrap();
     let manifest = folder.path().join("pipeline.toml");
     fs::write(&manifest, text).unwrap();
+    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
+    for source in ["environments/studio.exr", "materials/gold.toml", "lights/lamps.toml"] {
+        let source = assets.join(source);
+        fs::copy(&source, folder.path().join(source.file_name().unwrap())).unwrap();
+    }
     let plan = Plan::load(&manifest, &crate::kinds()).unwrap_or_else(|errors| panic!("{errors}"));
     PreviewCatalog::of(plan)
 }
 
 /// The text of a manifest of the sample's assets.
 fn manifest(stages: &str) -> String {
-    let assets = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets").replace('\\', "/");
-    format!("{SOURCES}{stages}").replace("ASSETS", &assets)
+    format!("{SOURCES}{stages}")
 }
 
 /// The first subject of a catalog.
@@ -201,7 +206,7 @@ fn the_nearest_stage_that_turns_all_of_the_light_is_changed() {
     let text = text.replace("input = \"environment\"   #", "input = \"turned\"   #");
     assert_eq!(turned(&text, [45.0, 0.0]).text, text.replace("yaw = 30.0", "yaw = 75.0"));
     // Of a sum, only the sum is all of the light.
-    let sum = "[stage.lamps]\nkind = \"circular-lights\"\nsource = \"ASSETS/lights/lamps.toml\"\n\
+    let sum = "[stage.lamps]\nkind = \"circular-lights\"\nsource = \"lamps.toml\"\n\
                [stage.turned]\nkind = \"rotate\"\ninput = \"lighting\"\nyaw = 30.0\n\
                [stage.sum]\nkind = \"sum-lighting\"\ninputs = { lighting = \"turned\", added = \"lamps\" }\n";
     let text = manifest(&format!("{sum}{}", REFLECTION.replace("\"lighting\", brdf", "\"sum\", brdf")));
