@@ -73,7 +73,7 @@ const GAUSS: [[f64; 2]; 8] = [
 ];
 
 /// A surface of parallel cylinders.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PoulinFournier {
     exponent: f64,
     diffuse: [f64; 3],
@@ -87,7 +87,7 @@ pub struct PoulinFournier {
     reach: f64,
     /// The integral of cos^(s+2) from 0 to psi: the coefficients of the odd polynomials of Chebyshev in
     /// tan(psi / 2) / `reach`.
-    integral: [f64; TERMS],
+    integral: Box<[f64; TERMS]>,
     /// The factor c(s) of the highlight.
     factor: f64,
 }
@@ -132,7 +132,7 @@ impl PoulinFournier {
             edge: math::acos(z),
             half_width: (1.0 - z * z).max(0.0).sqrt(),
             reach,
-            integral: series(exponent + 2.0, reach),
+            integral: Box::new(series(exponent + 2.0, reach)),
             factor: factor(exponent),
         })
     }
