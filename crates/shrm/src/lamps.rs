@@ -222,8 +222,8 @@ impl LampPoints<'_> {
 impl LampLevels {
     /// The points that a surface sees, with their shares of the flux: `centre` is the direction of the lamp's
     /// centre and `mirrored` the mirror image of the view, both in the surface's frame. They are dense enough
-    /// for the features of what is reflected there: those whose width is [`TAIL`] of the distance from the
-    /// lamp's edge, but at most [`WIDEST`].
+    /// for the features of what is reflected there: those whose width is a fifth of the distance from the
+    /// lamp's edge, but at most half a radian.
     pub fn points(&self, centre: DVec3, mirrored: DVec3) -> &[(Direction, f64)] {
         let [finest, others @ ..] = self.levels.as_slice() else { return &[] };
         if others.is_empty() {
