@@ -48,7 +48,9 @@ fn catalog(text: &str) -> PreviewCatalog {
     let manifest = folder.path().join("pipeline.toml");
     fs::write(&manifest, text).unwrap();
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
-    for source in ["environments/studio.exr", "materials/gold.toml", "lights/lamps.toml"] {
+    let sources =
+        ["environments/sky.exr", "environments/studio.exr", "materials/gold.toml", "lights/lamps.toml"];
+    for source in sources {
         let source = assets.join(source);
         fs::copy(&source, folder.path().join(source.file_name().unwrap())).unwrap();
     }
