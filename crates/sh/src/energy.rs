@@ -68,7 +68,7 @@ pub fn energy_per_degree(expansion: &Expansion) -> Vec<[f64; 3]> {
 /// assert!((energy[0] - 4.0 * std::f64::consts::PI).abs() < 1e-13);
 /// ```
 pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
-    unstopped(|stop| image_energy_of_rows(grid, pixels, stop))
+    unstopped(|stop| image_energy_of_rows(grid, &pixels, stop))
 }
 
 /// [`image_energy`] of an image whose rows are read a few at a time. `stop` is asked before some of them are
@@ -81,7 +81,7 @@ pub fn image_energy<T: Sample>(grid: LatLong, pixels: &[[T; 3]]) -> [f64; 3] {
 /// If the number of pixels is not that of the grid, or the grid has no column.
 pub fn image_energy_of_rows<T: Sample>(
     grid: LatLong,
-    image: &(impl ImageRows<T> + ?Sized),
+    image: &impl ImageRows<T>,
     stop: Stop<'_>,
 ) -> Result<[f64; 3], Stopped> {
     assert_eq!(image.pixel_count(), grid.len(), "pixels of the grid");

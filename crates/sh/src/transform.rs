@@ -102,7 +102,7 @@ impl Transform {
     /// # Panics
     /// If the number of pixels is not that of the grid.
     pub fn analyse<T: Sample>(&self, pixels: &[[T; 3]]) -> Expansion {
-        unstopped(|stop| self.analyse_rows(pixels, stop))
+        unstopped(|stop| self.analyse_rows(&pixels, stop))
     }
 
     /// [`Transform::analyse`] of an image whose rows are read a few at a time. `stop` is asked before some of
@@ -115,11 +115,11 @@ impl Transform {
     /// If the number of pixels is not that of the grid.
     pub fn analyse_rows<T: Sample>(
         &self,
-        image: &(impl ImageRows<T> + ?Sized),
+        image: &impl ImageRows<T>,
         stop: Stop<'_>,
     ) -> Result<Expansion, Stopped> {
         let mut expansion = Expansion::zero(self.degree());
-        T::analyse(&self.synthesis.plan, &self.colatitude, &image, stop, &mut expansion)?;
+        T::analyse(&self.synthesis.plan, &self.colatitude, image, stop, &mut expansion)?;
         Ok(expansion)
     }
 

@@ -12,7 +12,7 @@
 use brdf::BrdfTable;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use sh::f64x4::SimdLevel;
+use sh::f64x4::{self, SimdLevel, WithLanes};
 use sh::{Degree, Expansion};
 
 use crate::frames::{Block, Frames, LANES, Viewer};
@@ -55,7 +55,7 @@ pub fn shade(frames: &Frames, table: &BrdfTable, viewer: Viewer, light: &Expansi
     let mut radiance = vec![[0.0; 3]; frames.len()];
     let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS));
     chunks.for_each(|(radiance, blocks)| {
-        SimdLevel::detect().run(BothMove { turned, light: &light, blocks, radiance });
+        SimdLevel::detect().run_lanes(BothMove { turned, light: &light, blocks, radiance });
     });
     radiance
 }
@@ -89,7 +89,13 @@ impl Turned<'_> {
 
     /// Looks up the coefficients of a block, [channel][row][lane].
     #[inline(always)]
-    fn block<S: Simd>(&self, simd: S, block: &Block, Room { texels, turns }: &mut Room, c: &mut Lanes) {
+    fn block<L: f64x4::Lanes>(
+        &self,
+        simd: L,
+        block: &Block,
+        Room { texels, turns }: &mut Room,
+        c: &mut Lanes,
+    ) {
         self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), texels);
         by_lane(simd, texels, self.table.channels(), c);
         self.rotation.to_world(simd, &block.angles, c, turns);
@@ -130,11 +136,11 @@ struct BothMove<'a> {
     radiance: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for BothMove<'_> {
+impl WithLanes for BothMove<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_lanes<L: f64x4::Lanes>(self, simd: L) {
         let mut room = self.turned.room();
         let mut c = vec![[0.0; LANES]; self.turned.length()];
         for (block, radiance) in self.blocks.iter().zip(self.radiance.chunks_mut(LANES)) {
@@ -219,7 +225,7 @@ impl FixedLight {
         let mut radiance = vec![[0.0; 3]; frames.len()];
         let chunks = radiance.par_chunks_mut(CHUNK).zip(frames.blocks().par_chunks(BLOCKS));
         chunks.zip(self.values.par_chunks(BLOCKS * length)).for_each(|((radiance, blocks), light)| {
-            SimdLevel::detect().run(LightStays { table, viewer, rows, blocks, light, radiance });
+            SimdLevel::detect().run_lanes(LightStays { table, viewer, rows, blocks, light, radiance });
         });
         radiance
     }
@@ -260,11 +266,11 @@ struct LightStays<'a> {
     radiance: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for LightStays<'_> {
+impl WithLanes for LightStays<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_lanes<L: f64x4::Lanes>(self, simd: L) {
         let channels = self.table.channels();
         let mut texels = vec![0.0; LANES * self.table.texel()];
         let mut c = vec![[0.0; LANES]; channels * self.rows];
@@ -304,7 +310,8 @@ impl FixedView {
         let turned = Turned { table, viewer, rotation: &FrameRotation::new(degree), degree };
         let mut values = vec![[0.0; LANES]; frames.blocks().len() * turned.length()];
         let chunks = values.par_chunks_mut(BLOCKS * turned.length()).zip(frames.blocks().par_chunks(BLOCKS));
-        chunks.for_each(|(values, blocks)| SimdLevel::detect().run(TurnTable { turned, blocks, values }));
+        chunks
+            .for_each(|(values, blocks)| SimdLevel::detect().run_lanes(TurnTable { turned, blocks, values }));
         Self { degree, channels, count: frames.len(), values }
     }
 
@@ -376,11 +383,11 @@ struct TurnTable<'a> {
     values: &'a mut [[f32; LANES]],
 }
 
-impl WithSimd for TurnTable<'_> {
+impl WithLanes for TurnTable<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_lanes<L: f64x4::Lanes>(self, simd: L) {
         let mut room = self.turned.room();
         let values = self.values.chunks_exact_mut(self.turned.length());
         for (block, values) in self.blocks.iter().zip(values) {

@@ -35,7 +35,7 @@ pub(crate) trait Entry: Copy + Sync {
 
 /// A way to convert halves.
 pub(crate) trait Halves: Copy {
-    /// The same finite numbers in 32 bits.
+    /// Converts finite halves to the same numbers in 32 bits.
     fn singles(self, halves: [f16; LANES]) -> [f32; LANES];
 }
 

@@ -6,9 +6,9 @@
 //! not zero, and those of (i, j) and (j, i) are the same.
 
 use brdf::BrdfTable;
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 use rayon::prelude::*;
-use sh::f64x4::SimdLevel;
+use sh::f64x4::{self, SimdLevel, WithLanes};
 use sh::{Degree, Expansion, Stop};
 
 use crate::directions::Directions;
@@ -153,7 +153,7 @@ impl Visibility {
         let columns = self.sum.rows();
         let chunks = chunks.zip(self.values.par_chunks(LANES * BLOCKS * columns));
         chunks.for_each(|((radiance, blocks), values)| {
-            SimdLevel::detect().run(Shade {
+            SimdLevel::detect().run_lanes(Shade {
                 table,
                 viewer,
                 output,
@@ -228,12 +228,12 @@ struct Shade<'a> {
     radiance: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for Shade<'_> {
+impl WithLanes for Shade<'_> {
     type Output = ();
 
     /// Turns c into the world, where (c T)_j = sum over i and k of c_i G_ijk V_k.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_lanes<L: f64x4::Lanes>(self, simd: L) {
         let (channels, rows, columns) = (self.table.channels(), self.output.rows(), self.columns);
         let mut texels = vec![0.0; LANES * self.table.texel()];
         let mut found = vec![[0.0; LANES]; channels * rows];

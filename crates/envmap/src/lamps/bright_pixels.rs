@@ -68,7 +68,7 @@ struct Square {
 
 /// The pixels of a square that may begin groups.
 struct Left {
-    /// Those that no centre before number `checked` reaches.
+    /// The pixels that no centre before number `checked` reaches.
     pixels: Vec<u32>,
     checked: usize,
 }

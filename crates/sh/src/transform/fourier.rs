@@ -43,7 +43,7 @@ pub trait ImageRows<T>: Sync {
     ) -> &'a [[T; 3]];
 }
 
-impl<T: Precision> ImageRows<T> for [[T; 3]] {
+impl<T: Precision> ImageRows<T> for &[[T; 3]] {
     fn pixel_count(&self) -> usize {
         self.len()
     }
@@ -54,25 +54,6 @@ impl<T: Precision> ImageRows<T> for [[T; 3]] {
 
     fn read_rows<'a>(&'a self, width: usize, rows: Range<usize>, _: &'a mut Vec<[T; 3]>) -> &'a [[T; 3]] {
         &self[rows.start * width..rows.end * width]
-    }
-}
-
-impl<T, Rows: ImageRows<T> + ?Sized> ImageRows<T> for &Rows {
-    fn pixel_count(&self) -> usize {
-        (**self).pixel_count()
-    }
-
-    fn rows_at_once(&self) -> usize {
-        (**self).rows_at_once()
-    }
-
-    fn read_rows<'a>(
-        &'a self,
-        width: usize,
-        rows: Range<usize>,
-        scratch: &'a mut Vec<[T; 3]>,
-    ) -> &'a [[T; 3]] {
-        (**self).read_rows(width, rows, scratch)
     }
 }
 
