@@ -7,7 +7,7 @@ export SPECULA_PROGRAM
 SPECULA_PROGRAM=$(realpath "${1:-target/debug/specula}")
 venv=$PWD/target/python
 if ! { [ -d "$venv" ] || python3 -m venv "$venv"; } ||
-    ! "$venv/bin/pip" install --quiet numpy safetensors scipy scipy-stubs mypy pytest; then
+    ! "$venv/bin/pip" install --quiet numpy safetensors scipy scipy-stubs OpenEXR mypy pytest; then
     echo "SKIPPED the Python module: its tests need Python with venv, and PyPI"
     exit 0
 fi
