@@ -15,7 +15,7 @@ use std::error::Error;
 use brdf::{Centre, Material};
 use containers::{ReadOptions, read_image, tensors};
 use rayon::prelude::*;
-use shrm::MapGrid;
+use shrm::{MapGrid, Shrm};
 use sphere::{Cube, Direction};
 
 pub mod brute_force;
@@ -35,11 +35,12 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// One of the maps of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Map {
-    /// `export-shrm` with `lamps = "separate"`, and with as high a P as it needs.
+    /// `export-shrm` with `lamps = "separate"`, and with as high a P as it needs. A material of two parts has
+    /// two maps, whose sum is measured.
     Separate,
     /// `export-shrm`, by default with the lamps in the map, and with as high a P as it needs.
     Baked,
-    /// `export-reflection-map`, by default the mean over all views.
+    /// `export-reflection-map`, by default the mean over all views, with both parts of a material in one map.
     Plain,
 }
 
@@ -225,10 +226,18 @@ impl Pair<'_> {
         if shrm.grid() != MapGrid::Cube(self.cube()) || shrm.centre() != self.material.centre() {
             return Err(format!("{}: a map of another grid or centre", self.case.name).into());
         }
-        let mut lookup = shrm.lookup();
+        let diffuse = self.built.diffuse(self.environment, self.case, map);
+        let size = bytes.len() + diffuse.as_ref().map_or(0, Vec::len);
+        let diffuse = diffuse.map(|bytes| tensors::decode_shrm(&bytes)).transpose()?;
+        let (mut lookup, mut base) = (shrm.lookup(), diffuse.as_ref().map(Shrm::lookup));
         let (dark, mut stops, mut negative) = (self.dark(), Vec::new(), 0);
         for Sample { texel, pose, want } in samples {
-            let mut got = lookup.texel(*texel, Direction::normalised(pose.view()));
+            let view = Direction::normalised(pose.view());
+            let mut got = lookup.texel(*texel, view);
+            if let Some(base) = &mut base {
+                let matte = base.radiance(Direction::normalised(pose.normal()), view);
+                (0..3).for_each(|channel| got[channel] += f64::from(matte[channel]));
+            }
             for light in &lights {
                 let rho = pose.rho_hat(self.material, light.direction.vector());
                 (0..3).for_each(|channel| got[channel] += light.irradiance[channel] * rho[channel]);
@@ -237,7 +246,7 @@ impl Pair<'_> {
             stops.extend((0..3).map(|channel| error(got[channel], want[channel], dark)));
         }
         let negative = negative as f64 / stops.len().max(1) as f64;
-        Ok(self.row(map, shrm.p().get(), lights.len(), stops, negative, bytes.len()))
+        Ok(self.row(map, shrm.p().get(), lights.len(), stops, negative, size))
     }
 
     fn plain(&self) -> Result<Row, Failure> {

@@ -29,6 +29,7 @@ fn shrm(criterion: &mut Criterion) {
     for (name, grid, f, p) in [
         ("cube_64", MapGrid::Cube(Cube { edge: 64 }), 12, 2),
         ("cube_128", MapGrid::Cube(Cube { edge: 128 }), 30, 5),
+        ("cube_32", MapGrid::Cube(Cube { edge: 32 }), 50, 16),
         ("cube_64", MapGrid::Cube(Cube { edge: 64 }), 120, 16),
         ("lat_long_64", MapGrid::LatLong(LatLong::with_rows(64)), 12, 2),
         ("lat_long_128", MapGrid::LatLong(LatLong::with_rows(128)), 23, 2),

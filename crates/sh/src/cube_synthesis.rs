@@ -15,10 +15,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use sphere::{Cube, Face, LatLong, Rotation};
 
-use crate::f64x4::{F64x4, SimdLevel};
+use crate::f64x4::{F64x4, SimdLevel, load, store};
 use crate::fft::{Complex4, Fft, ZERO, cis, times};
 use crate::{Expansion, Sample, Synthesis, TransformError, rotate};
 
@@ -74,6 +75,7 @@ struct Circles {
     rows: Vec<Complex4>,
     /// The Fourier transform over twice the rows.
     fft: Fft,
+    level: SimdLevel,
 }
 
 impl Circles {
@@ -84,12 +86,13 @@ impl Circles {
         let pixels: Vec<[f64; 3]> = Synthesis::new(grid, expansion.degree())?.synthesise(expansion);
         // As many columns as twice the rows: circles around the poles and through them have the same
         // transform.
-        let fft = Fft::new(SimdLevel::detect(), width);
+        let level = SimdLevel::detect();
+        let fft = Fft::new(level, width);
         let mut rows = vec![ZERO; grid.height * terms];
         rows.par_chunks_mut(terms).zip(pixels.par_chunks(width)).for_each(|(terms, pixels)| {
             terms.copy_from_slice(&series(&fft, pixels.iter().copied(), degree));
         });
-        Ok(Self { degree, rows, fft })
+        Ok(Self { degree, rows, fft, level })
     }
 
     /// Samples the columns of a side face, from the left, and those of the opposite face at the same places.
@@ -98,19 +101,26 @@ impl Circles {
             let top = cube.direction(face, 0, s);
             let circle = self.circle(top.phi());
             let thetas: Vec<f64> = (0..cube.edge).map(|t| cube.direction(face, t, s).theta()).collect();
-            [
-                thetas.iter().map(|theta| evaluate(&circle, *theta)).collect(),
-                thetas.iter().map(|theta| evaluate(&circle, TAU - theta)).collect(),
-            ]
+            let behind: Vec<f64> = thetas.iter().map(|theta| TAU - theta).collect();
+            [thetas, behind].map(|angles| {
+                let mut values = vec![[0.0; 3]; angles.len()];
+                self.level.run(Evaluate { terms: &circle, angles: &angles, values: &mut values });
+                values
+            })
         });
         columns.collect()
     }
 
     /// The Fourier coefficients k = 0 ..= degree of f along the circle through the poles at phi.
     fn circle(&self, phi: f64) -> Vec<Complex4> {
-        let rows = self.rows.chunks_exact(self.degree + 1);
-        let there = rows.clone().map(|terms| evaluate(terms, PI - phi));
-        series(&self.fft, there.chain(rows.rev().map(|terms| evaluate(terms, -phi))), self.degree)
+        let value = |terms: &[Complex4]| {
+            let mut values = [[0.0; 3]; 2];
+            self.level.run(Evaluate { terms, angles: &[PI - phi, -phi], values: &mut values });
+            values
+        };
+        let values: Vec<[[f64; 3]; 2]> = self.rows.chunks_exact(self.degree + 1).map(value).collect();
+        let there = values.iter().map(|[there, _]| *there);
+        series(&self.fft, there.chain(values.iter().rev().map(|[_, back]| *back)), self.degree)
     }
 }
 
@@ -128,16 +138,43 @@ fn series(fft: &Fft, samples: impl Iterator<Item = [f64; 3]>, degree: usize) -> 
     line
 }
 
-/// Re sum over k of c_k e^(i k x), by Horner's rule, which is stable on the unit circle.
-fn evaluate(terms: &[Complex4], x: f64) -> [f64; 3] {
-    let turn = cis(x);
-    let mut sum = ZERO;
-    for term in terms.iter().rev() {
-        let turned = times(&sum, turn);
-        sum = [0, 1].map(|part| F64x4::from_fn(|lane| turned[part].0[lane] + term[part].0[lane]));
+/// Re sum over k of c_k e^(i k x) at each of some angles, by Horner's rule, which is stable on the unit
+/// circle; a lane holds a channel.
+struct Evaluate<'a> {
+    terms: &'a [Complex4],
+    angles: &'a [f64],
+    values: &'a mut [[f64; 3]],
+}
+
+/// Angles that are summed beside each other: a step of one has to wait for the step before it.
+const AT_ONCE: usize = 4;
+
+impl WithSimd for Evaluate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let zero = simd.splat_f64s(0.0);
+        for (angles, values) in self.angles.chunks(AT_ONCE).zip(self.values.chunks_mut(AT_ONCE)) {
+            let (mut turns, mut sums) = ([[zero; 2]; AT_ONCE], [[zero; 2]; AT_ONCE]);
+            for (turn, angle) in turns.iter_mut().zip(angles) {
+                *turn = cis(*angle).map(|part| simd.splat_f64s(part));
+            }
+            for [re, im] in self.terms.iter().rev() {
+                let (re, im) = (load(simd, re), load(simd, im));
+                for ([real, imaginary], [x, y]) in sums.iter_mut().zip(turns) {
+                    let (a, b) = (*real, *imaginary);
+                    *real = simd.mul_add_f64s(a, x, simd.negate_mul_add_f64s(b, y, re));
+                    *imaginary = simd.mul_add_f64s(a, y, simd.mul_add_f64s(b, x, im));
+                }
+            }
+            for (value, [real, _]) in values.iter_mut().zip(sums) {
+                let mut channels = F64x4::ZERO;
+                store(simd, real, &mut channels);
+                value.copy_from_slice(&channels.0[..3]);
+            }
+        }
     }
-    let [r, g, b, _] = sum[0].0;
-    [r, g, b]
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ use plan::TransformPlan;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
 /// A plan for transforms between images on one grid and expansions of one degree; built once, used often.
 ///

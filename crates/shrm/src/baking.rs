@@ -42,7 +42,7 @@ pub const BAKED_AT_ONCE: usize = solver::LANES;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
 /// The tables of the lamps of one reflection, which its maps share: those of all degrees P with as many views
 /// are the same.

@@ -99,6 +99,20 @@ impl DegreeRule {
     }
 }
 
+/// The energy of the field at each degree l, over all central directions and views [Ram02, eq. 5.15].
+pub(crate) fn energy_per_central_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Vec<f64> {
+    let light = energy_per_degree(lighting);
+    let of = |(l, light): (usize, &[f64; 3])| -> f64 {
+        let of_pair = |(p, q): (usize, usize)| -> f64 {
+            let (rho, signs) = (brdf.get(l, p, q), if q == 0 { 1.0 } else { 2.0 });
+            (0..3).map(|channel| signs * light[channel] * rho[channel] * rho[channel]).sum()
+        };
+        let pairs = (0..=brdf.p().get()).flat_map(|p| (0..=l.min(p)).map(move |q| (p, q)));
+        math::powi(lambda(l), 2) * pairs.map(of_pair).sum::<f64>()
+    };
+    light.iter().enumerate().take(brdf.f().get() + 1).map(of).collect()
+}
+
 /// The RMS of what a cut at each P leaves out, as a share of the RMS of the field, over all central
 /// directions and views [RH02, sec. 5; Ram02, eq. 5.15].
 pub(crate) fn rms_of_cuts(lighting: &Expansion, brdf: &BrdfCoefficients) -> Vec<f64> {

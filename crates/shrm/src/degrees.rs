@@ -3,17 +3,18 @@
 //! What a cut at (F, P) loses is a share of the *product* of this light with this material, and the eye reads
 //! it in stops: |log2((cut + e) / (uncut + e))|, e being [`BLACK_SHARE`] of the mean radiance, so that black
 //! does not count. It is measured, not estimated: at central directions spread over the sphere and at views
-//! as a ball shows them to a distant camera, B is evaluated at the highest degrees and at lower ones, with
-//! what the lights beside the series add to both. Chosen are the least P whose errors in 95 and in 99 of 100
-//! samples stay below `SHOWS`, or which a [`DegreeRule`] takes, and then the least F that adds no more than
-//! `SHOWS_BESIDE` to them.
+//! as a ball shows them to a distant camera, B is evaluated at the highest degrees that it has and at lower
+//! ones, with what the lights beside the series add to both. Chosen are the least P whose errors in 95 and in
+//! 99 of 100 samples stay below `SHOWS`, or which a [`DegreeRule`] takes, and then the least F that adds no
+//! more than `SHOWS_BESIDE` to them.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use brdf::BrdfCoefficients;
 use sh::{Degree, Expansion, Stop, Stopped, Window};
 
-use crate::degree_rule::{DegreeRule, MapDegree};
+use crate::degree_rule::{DegreeRule, MapDegree, energy_per_central_degree};
 use crate::lamps::Lamps;
 use crate::samples::Samples;
 use crate::turned_light::{TurnedLight, VIEWS};
@@ -28,7 +29,7 @@ mod trial;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what P cuts.
 const SHOWS: [f64; 2] = [0.06, 0.12];
@@ -40,6 +41,10 @@ pub const DIFFUSE: f64 = 0.5;
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what F cuts beside P. F costs little, so it has
 /// to lose little.
 const SHOWS_BESIDE: [f64; 2] = [0.015, 0.05];
+
+/// The RMS radiance over all central directions and views, as a share of the radiance that counts as black,
+/// above which degrees F belong to the reference of the choice.
+const UNSEEN: f64 = 0.1;
 
 /// The number of central directions of the samples, and of views of each.
 pub(crate) const SAMPLES: [usize; 2] = [96, VIEWS];
@@ -98,6 +103,21 @@ fn choose(
     let samples = trial.all_samples(turned, brdf, beside, stop)?;
     let lit = Samples(samples.iter().map(|sample| sample.beside[0]).collect());
     Ok((least(&trial, &samples, allowance), uncut(&samples), lit))
+}
+
+/// The coefficients without the degrees F at which the field has next to nothing: a soft light, or a rough
+/// material, has no fine details.
+fn without_unseen_degrees(lighting: &Expansion, brdf: &BrdfCoefficients, dark: f64) -> BrdfCoefficients {
+    let mut left = 0.0;
+    // The mean square is the energy of [RH02, eq. 14] over (4 pi)^2.
+    let most = math::powi(UNSEEN * dark * 4.0 * PI, 2);
+    let energies = energy_per_central_degree(lighting, brdf);
+    let is_seen = |energy: &f64| {
+        left += energy;
+        left > most
+    };
+    let f = energies.iter().rposition(is_seen).unwrap_or(0);
+    brdf.cut(Degree::new(f).unwrap_or(Degree::MAX))
 }
 
 /// The radiance at the highest degrees.
@@ -173,22 +193,18 @@ pub struct ForLight<R> {
     pub uncut: Samples,
     /// The radiance of the lamps alone there.
     lit: Samples,
+    /// The light that the degrees were chosen with.
+    turned: Arc<TurnedLight>,
 }
 
 impl ForLight<Reflection> {
     /// The radiance of the reflection where [`Reflection::samples`] looks, with each of some windows on its
-    /// series; `turned` is the light that the degrees were chosen with. `stop` is asked every few
-    /// milliseconds, on every thread.
+    /// series. `stop` is asked every few milliseconds, on every thread.
     ///
     /// # Errors
     /// If it was stopped.
-    pub fn samples(
-        &self,
-        windows: &[Window],
-        turned: &TurnedLight,
-        stop: Stop<'_>,
-    ) -> Result<Vec<Samples>, Stopped> {
-        let brdf = self.reflection.brdf();
+    pub fn samples(&self, windows: &[Window], stop: Stop<'_>) -> Result<Vec<Samples>, Stopped> {
+        let (brdf, turned) = (self.reflection.brdf(), &*self.turned);
         let f = self.reflection.lighting().degree();
         let trial = Trial::new(self.reflection.lighting(), brdf, turned.len(), None).of_one(f, brdf.p());
         let of_window = |window: &Window| {
@@ -248,9 +264,10 @@ impl Reflection {
         let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
         let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let (series, allowance) = (&lighting.series, CutAllowance { share: 1.0, dark, rule });
+        let brdf = &without_unseen_degrees(series, brdf, dark);
         let light = turned(series, brdf)?;
         let (cut, uncut, lit) = choose(series, &light, brdf, beside, allowance, stop)?;
-        Ok(ForLight { reflection: Self::cut_at(&cut, series, brdf, lamps), cut, uncut, lit })
+        Ok(ForLight { reflection: Self::cut_at(&cut, series, brdf, lamps), cut, uncut, lit, turned: light })
     }
 
     /// Cuts the reflections of the diffuse and the specular part of a material to degrees at which the cut of
@@ -281,6 +298,8 @@ impl Reflection {
     ) -> Result<ForLight<[Self; 2]>, Stopped> {
         let (series, dark) = (&lighting.series, BLACK_SHARE * lighting.mean());
         let allowance = CutAllowance { share: 1.0, dark, rule };
+        let [diffuse, specular] = [diffuse, specular].map(|part| without_unseen_degrees(series, part, dark));
+        let (diffuse, specular) = (&diffuse, &specular);
         let lamps = lamps_of(lighting, matte);
         let alone = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
         let light = turned(series, diffuse)?;
@@ -294,7 +313,7 @@ impl Reflection {
         let light = turned(series, specular)?;
         let (cut, uncut, lit) = choose(series, &light, specular, beside, allowance, stop)?;
         let highlight = Self::cut_at(&cut, series, specular, lamps);
-        Ok(ForLight { reflection: [base, highlight], cut, uncut, lit })
+        Ok(ForLight { reflection: [base, highlight], cut, uncut, lit, turned: light })
     }
 
     fn cut_at(cut: &Cut, series: &Expansion, brdf: &BrdfCoefficients, lamps: Lamps) -> Self {
@@ -457,16 +476,42 @@ mod tests {
             let found =
                 Reflection::for_light_by(None, (&lighting, &lights), brdf, &material, Stop::NEVER).unwrap();
             let lamps = found.reflection.lamps().unwrap().clone();
-            let whole = Reflection::convolve(&lighting.series, brdf).with_lamps(lamps);
+            let dark = BLACK_SHARE * lighting.mean();
+            let whole = without_unseen_degrees(&lighting.series, brdf, dark);
+            let whole = Reflection::convolve(&lighting.series, &whole).with_lamps(lamps);
             near(&found.uncut, &whole.samples(Stop::NEVER).unwrap());
             let windows = [Window::None, Window::Lanczos, Window::Hanning];
-            let samples = found.samples(&windows, turned, Stop::NEVER).unwrap();
+            let samples = found.samples(&windows, Stop::NEVER).unwrap();
             for (samples, window) in samples.iter().zip(windows) {
                 near(samples, &found.reflection.windowed(window).samples(Stop::NEVER).unwrap());
             }
             cuts.push((found.cut.f, found.cut.map.p));
         }
         assert_eq!(cuts[1], cuts[2]);
+    }
+
+    /// The RMS of what is left out, over central directions and views that are spread evenly.
+    #[test]
+    fn degrees_that_are_left_out_have_next_to_nothing() {
+        let material = microfacet(0.15);
+        let full = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let (light, dark) = (sky(120), 0.015);
+        let seen = without_unseen_degrees(&light, &full, dark);
+        assert!((20..110).contains(&seen.f().get()), "{}", seen.f().get());
+        let whole = Reflection::convolve(&light, &full);
+        let rms = |f: usize| {
+            let cut = Reflection::convolve(&light, &full.cut(Degree::new(f).unwrap()));
+            let (centrals, views) = (80, 12);
+            let squares = (0..centrals * views).map(|index| {
+                let central = spiral(index / views, centrals);
+                let view = spiral((7919 * index) % (centrals * views), centrals * views);
+                let [a, b] = [&whole, &cut].map(|field| field.evaluate(central, view));
+                (0..3).map(|channel| math::powi(a[channel] - b[channel], 2)).sum::<f64>()
+            });
+            (squares.sum::<f64>() / (centrals * views) as f64).sqrt() / dark
+        };
+        let f = seen.f().get();
+        assert!(rms(f) < 1.1 * UNSEEN && rms(f - 4) > 0.9 * UNSEEN, "{} {}", rms(f), rms(f - 4));
     }
 
     /// Beside a bright base a highlight needs fewer degrees than alone, and the sum of the two fields is as

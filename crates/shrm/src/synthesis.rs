@@ -11,6 +11,9 @@
 //! matrices ([`parity_split_fourier`]). On a lat-long map that is all ([`lat_long`]). A column of a cube's
 //! side face has one azimuth, and there B is a Fourier series of degree F in alpha ([`cube`]).
 //!
+//! What a row needs is summed in `f64`; the Fourier series after it are in `f32`, as the map is, and belong to
+//! a few coefficients at a time ([`plan::Group`]), so that they stay in the processor's caches.
+//!
 //! The product takes O(F) per texel and row, with four texels for the price of one by symmetry. A fast
 //! Fourier transform along lat-long rows would need fewer operations, but of a slower kind: it pays from F =
 //! 130 or so only, far past what a map of a view-dependent material needs.
@@ -31,7 +34,7 @@ use plan::SynthesisPlan;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// Why a map could not be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

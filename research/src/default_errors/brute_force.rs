@@ -171,6 +171,11 @@ impl Pose {
         self.view
     }
 
+    /// The surface's normal.
+    pub fn normal(&self) -> DVec3 {
+        self.axes[2]
+    }
+
     fn on_surface(&self, v: DVec3) -> Direction {
         let [x, y, z] = self.axes.map(|axis| axis.dot(v));
         Direction::normalised(DVec3::new(x, y, z))

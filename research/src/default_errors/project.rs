@@ -154,6 +154,12 @@ impl Built<'_> {
         fs::read(self.project.folder.path().join(&name)).map_err(|error| format!("{name}: {error}").into())
     }
 
+    /// The file of the map of a material's diffuse part, if it has two.
+    pub fn diffuse(&self, environment: &str, case: &Case, map: Map) -> Option<Vec<u8>> {
+        let name = format!("out/{environment}/{}/{}-diffuse.safetensors", case.name, map.name());
+        fs::read(self.project.folder.path().join(name)).ok()
+    }
+
     /// The degree F of a reflection, from the note of `convolve`; 0 if there is none.
     pub fn f(&self, environment: &str, case: &Case) -> usize {
         let note = self.find("note", "reflection", environment, case);
@@ -194,7 +200,9 @@ fn manifest(maps: &[Map], resolution: usize) -> String {
                 "kind = \"export-shrm\"\nlamps = \"separate\"\nmost-p = 16\naccept = [0.01, 0.02]"
             }
             Map::Baked => "kind = \"export-shrm\"\nmost-p = 16\naccept = [0.1, 0.35]",
-            Map::Plain => "kind = \"export-reflection-map\"\nlayout = \"cube-strip\"",
+            Map::Plain => {
+                "kind = \"export-reflection-map\"\nlayout = \"cube-strip\"\nparts = \"together\""
+            }
         };
         let _ = write!(
             text,

@@ -30,6 +30,9 @@ pub(super) struct ViewGrid {
     pub(super) solid_angle: f32,
 }
 
+/// The fewest rows of views, so that fits of few degrees share one table of the lamps.
+const FEWEST: usize = 16;
+
 /// The number of azimuths that one of a quarter turn stands for: phi, pi - phi, pi + phi, -phi.
 pub(super) const MIRRORED: usize = 4;
 
@@ -37,7 +40,7 @@ impl ViewGrid {
     /// The harmonics up to degree P about this centre, at about (2 F + 8)^2 views, F being the degree that is
     /// fitted.
     pub(super) fn new(p: usize, fitted: usize, terms: Terms, centre: Centre) -> Self {
-        let count = (2 * fitted + 8).next_multiple_of(MIRRORED);
+        let count = (2 * fitted + 8).max(FEWEST).next_multiple_of(MIRRORED);
         let rows: Vec<(f64, f64)> = mean_views(centre, count).collect();
         let columns = if terms == Terms::Zonal { MIRRORED } else { count };
         let quarter: Vec<f64> =

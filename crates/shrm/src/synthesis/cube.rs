@@ -19,12 +19,12 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use sh::f64x4::LANES;
+use sh::f64x4::LANES as F64_LANES;
 use sh::{Expansion, Stopped, rotate};
 use sphere::{Cube, DVec3, Face, Rotation};
 
 use super::parity_split_fourier::{StridedTerms, mirror};
-use super::plan::SynthesisPlan;
+use super::plan::{Group, SynthesisPlan};
 use super::product::Product;
 use super::spin::Rows;
 use crate::Terms;
@@ -48,15 +48,19 @@ pub(super) fn synthesise(plan: &SynthesisPlan<'_>, cube: Cube) -> Result<Vec<[f3
             (left, right) = (rest, others);
         }
     }
-    // One pair after the other: its series take more memory than its faces.
+    // One pair after the other, and one group of its coefficients after the other: their series take more
+    // memory than the faces.
     let mut buffers = Buffers::new(plan, cube);
     for faces in &PAIRS {
-        let pair = Pair::new(plan, faces, cube, &mut buffers)?;
-        blocks.par_iter_mut().with_max_len(1).try_for_each(|block| {
-            plan.stop.check()?;
-            plan.level.run(Columns { block, pair: &pair });
-            Ok(())
-        })?;
+        buffers.fill_rows(plan, faces)?;
+        for group in &plan.groups {
+            let pair = Pair::new(plan, group, faces, cube, &mut buffers)?;
+            blocks.par_iter_mut().with_max_len(1).try_for_each(|block| {
+                plan.stop.check()?;
+                plan.level.run(Columns { block, pair: &pair });
+                Ok(())
+            })?;
+        }
     }
     Ok(values)
 }
@@ -88,59 +92,70 @@ const PAIRS: [Faces; 3] = [
 
 /// The memory for one pair of faces, which all pairs use: each writes the same places.
 struct Buffers {
+    waves: Waves,
     /// Rows alpha_i = pi (i + 1/2) / (F + 1), the southern half from the last row upward.
-    north: Vec<f64>,
-    south: Vec<f64>,
-    /// t_km, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even, otherwise of
-    /// sin(k alpha).
-    terms: Vec<f64>,
-    across: Vec<f64>,
+    north: Vec<f32>,
+    south: Vec<f32>,
+    /// t_km of one group, shape [terms in beta, F + 1, padded values]: of cos(k alpha) if m + q is even,
+    /// otherwise of sin(k alpha).
+    terms: Vec<f32>,
+    across: Vec<f32>,
 }
 
 impl Buffers {
     fn new(plan: &SynthesisPlan<'_>, cube: Cube) -> Self {
         let count = plan.f + 1;
         let rows = count.div_ceil(2) * plan.series();
+        let padded = plan.groups.iter().map(|group| group.padded).max().unwrap_or(0);
         Self {
+            waves: Waves::new(count),
             north: vec![0.0; rows],
             south: vec![0.0; rows],
-            terms: vec![0.0; plan.fourier.len() * count * plan.padded],
-            across: vec![0.0; count * cube.edge.div_ceil(2) * 4 * plan.padded],
+            terms: vec![0.0; plan.fourier.len() * count * padded],
+            across: vec![0.0; count * cube.edge.div_ceil(2) * 4 * padded],
         }
+    }
+
+    /// Computes the rows around a pair of faces.
+    fn fill_rows(&mut self, plan: &SynthesisPlan<'_>, faces: &Faces) -> Result<(), Stopped> {
+        plan.stop.check()?;
+        let lighting: Expansion = rotate(plan.reflection.lighting(), (faces.turn)());
+        let count = plan.f + 1;
+        let chunk = F64_LANES * plan.series();
+        let chunks = self.north.par_chunks_mut(chunk).zip(self.south.par_chunks_mut(chunk));
+        chunks.enumerate().try_for_each(|(task, (north, south))| {
+            plan.stop.check()?;
+            let rows = north.len() / plan.series();
+            let alphas: Vec<f64> =
+                (0..rows).map(|row| PI * ((task * F64_LANES + row) as f64 + 0.5) / count as f64).collect();
+            plan.level.run(Rows { plan, lighting: &lighting, alphas: &alphas, north, south });
+            Ok(())
+        })
     }
 }
 
-/// The field around a pair of faces.
+/// One group of coefficients around a pair of faces.
 struct Pair<'a> {
+    group: &'a Group,
     faces: &'a Faces,
     /// The sums over m of t_km at the azimuth of each column of the left half, shape [F + 1, columns, 4
     /// parts, padded values].
-    across: &'a [f64],
+    across: &'a [f32],
 }
 
 impl<'a> Pair<'a> {
     fn new(
         plan: &SynthesisPlan<'_>,
+        group: &'a Group,
         faces: &'a Faces,
         cube: Cube,
         buffers: &'a mut Buffers,
     ) -> Result<Self, Stopped> {
-        plan.stop.check()?;
-        let lighting: Expansion = rotate(plan.reflection.lighting(), (faces.turn)());
-        let count = plan.f + 1;
-        let Buffers { north, south, terms, across } = buffers;
-        let chunk = LANES * plan.series();
-        let chunks = north.par_chunks_mut(chunk).zip(south.par_chunks_mut(chunk));
-        chunks.enumerate().try_for_each(|(task, (north, south))| {
-            plan.stop.check()?;
-            let rows = north.len() / plan.series();
-            let alphas: Vec<f64> =
-                (0..rows).map(|row| PI * ((task * LANES + row) as f64 + 0.5) / count as f64).collect();
-            plan.level.run(Rows { plan, lighting: &lighting, alphas: &alphas, north, south });
-            Ok(())
-        })?;
-        let width = count * plan.padded;
-        let waves = Waves::new(count);
+        let (count, columns, padded) = (plan.f + 1, cube.edge.div_ceil(2), group.padded);
+        let width = count * padded;
+        let Buffers { waves, north, south, terms, across } = buffers;
+        let terms = &mut terms[..plan.fourier.len() * width];
+        let across = &mut across[..columns * 4 * width];
         let mut odd_orders = vec![false; plan.fourier.len()];
         for m in (1..=plan.f).step_by(2) {
             odd_orders[plan.fourier.cosine(m)] = true;
@@ -150,30 +165,29 @@ impl<'a> Pair<'a> {
         orders.try_for_each(|(place, (terms, odd))| {
             plan.stop.check()?;
             let rows = [&north[..], &south[..]];
-            plan.level.run(Colatitude { plan, waves: &waves, rows, place, odd, terms });
+            plan.level.run(Colatitude { plan, group, waves, rows, place, odd, terms });
             Ok(())
         })?;
-        let columns = cube.edge.div_ceil(2);
         let mut betas = vec![0.0; columns * plan.fourier.len()];
         for (column, beta) in betas.chunks_exact_mut(plan.fourier.len()).enumerate() {
             let top = cube.direction(Face::PositiveZ, 0, column);
             plan.fourier.angle(math::sin_cos(top.phi()), beta);
         }
-        let of_k = across.par_chunks_mut(columns * 4 * plan.padded).enumerate();
+        let of_k = across.par_chunks_mut(columns * 4 * padded).enumerate();
         of_k.try_for_each(|(k, across)| {
             plan.stop.check()?;
-            let terms = StridedTerms { values: &terms[k * plan.padded..], step: width };
-            plan.level.run(Across { plan, betas: &betas, terms, across });
+            let terms = StridedTerms { values: &terms[k * padded..], step: width };
+            plan.level.run(Across { plan, group, betas: &betas, terms, across });
             Ok(())
         })?;
-        Ok(Self { faces, across })
+        Ok(Self { group, faces, across })
     }
 }
 
 /// 2 / (F + 1) cos(k alpha) and sin(k alpha) at the northern rows, from which the mirrored ones follow.
 struct Waves {
     /// The values by k and row for even k and for odd k, of cosines and of sines.
-    values: [[Vec<f64>; 2]; 2],
+    values: [[Vec<f32>; 2]; 2],
     /// The number of northern rows.
     half: usize,
 }
@@ -181,15 +195,15 @@ struct Waves {
 impl Waves {
     fn new(count: usize) -> Self {
         let half = count.div_ceil(2);
-        let mut values: [[Vec<f64>; 2]; 2] = Default::default();
+        let mut values: [[Vec<f32>; 2]; 2] = Default::default();
         for k in 0..count {
             for row in 0..half {
                 // The middle row of an odd number is its own mirror.
                 let mirrors = if 2 * row + 1 == count { 0.5 } else { 1.0 };
                 let size = if k == 0 { 1.0 } else { 2.0 } / count as f64 * mirrors;
                 let (sine, cosine) = math::sin_cos(PI * (k * (2 * row + 1)) as f64 / (2 * count) as f64);
-                values[0][k % 2].push(size * cosine);
-                values[1][k % 2].push(size * sine);
+                values[0][k % 2].push((size * cosine) as f32);
+                values[1][k % 2].push((size * sine) as f32);
             }
         }
         Self { values, half }
@@ -199,15 +213,16 @@ impl Waves {
 /// Takes samples at the rows to the series in alpha, for one term in beta.
 struct Colatitude<'a> {
     plan: &'a SynthesisPlan<'a>,
+    group: &'a Group,
     waves: &'a Waves,
     /// The samples in the north and in the south.
-    rows: [&'a [f64]; 2],
+    rows: [&'a [f32]; 2],
     /// The place of the term in beta.
     place: usize,
     /// Whether the order m of the term in beta is odd.
     odd: bool,
     /// The terms in alpha, [k, padded values].
-    terms: &'a mut [f64],
+    terms: &'a mut [f32],
 }
 
 impl WithSimd for Colatitude<'_> {
@@ -215,42 +230,39 @@ impl WithSimd for Colatitude<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { plan, waves, rows, place, odd, terms } = self;
-        let [north, south] =
-            rows.map(|rows| rows.chunks_exact(plan.series()).map(|row| &row[place * plan.padded..]));
-        let rows: Vec<(&[f64], &[f64])> = north.zip(south).collect();
+        let Self { plan, group, waves, rows, place, odd, terms } = self;
+        let padded = group.padded;
+        let [north, south] = rows.map(|rows| rows.chunks_exact(plan.series()));
+        let place = group.start + place * padded;
         // Values with m + q even are series of cosines, the others of sines.
         for (sines, waves_of) in waves.values.iter().enumerate() {
-            let values: Vec<usize> =
-                (0..plan.padded).filter(|i| (plan.odd[*i] != odd) == (sines == 1)).collect();
-            if values.is_empty() {
+            let values = group.of_parity(odd != (sines == 1));
+            let width = values.len();
+            if width == 0 {
                 continue;
             }
-            let width = values.len().next_multiple_of(LANES);
-            let mut samples = vec![0.0; rows.len() * width];
-            let mut series = vec![0.0; waves_of[0].len() / waves.half * width];
-            for (parity, waves_of) in waves_of.iter().enumerate() {
+            let mut samples = vec![0.0; waves.half * width];
+            for (parity, waves_of) in waves_of.iter().enumerate().take(plan.f + 1) {
                 // cos(k (pi - alpha)) = (-1)^k cos(k alpha), sines the opposite: sums of mirrored rows, or
                 // differences.
                 let sign = if parity == sines { 1.0 } else { -1.0 };
-                for ((north, south), samples) in rows.iter().zip(samples.chunks_exact_mut(width)) {
-                    for (sample, &i) in samples.iter_mut().zip(&values) {
-                        *sample = north[i] + sign * south[i];
+                let mirrored = north.clone().zip(south.clone());
+                for ((north, south), samples) in mirrored.zip(samples.chunks_exact_mut(width)) {
+                    let [north, south] = [north, south].map(|row| &row[place..][values.clone()]);
+                    for ((sample, north), south) in samples.iter_mut().zip(north).zip(south) {
+                        *sample = north + sign * south;
                     }
                 }
-                Product {
+                let product = Product {
                     left: waves_of,
                     stride: waves.half,
                     inner: 0..waves.half,
-                    right: S::as_simd_f64s(&samples).0,
-                    right_step: width / LANES,
-                    vectors: width / LANES,
-                }
-                .write(simd, S::as_mut_simd_f64s(&mut series).0, width / LANES);
-                let odd_or_even = terms.chunks_exact_mut(plan.padded).skip(parity).step_by(2);
-                for (terms, series) in odd_or_even.zip(series.chunks_exact(width)) {
-                    values.iter().zip(series).for_each(|(i, value)| terms[*i] = *value);
-                }
+                    right: S::as_simd_f32s(&samples).0,
+                    right_step: width / S::F32_LANES,
+                    vectors: width / S::F32_LANES,
+                };
+                let terms = &mut terms[parity * padded + values.start..];
+                product.write(simd, S::as_mut_simd_f32s(terms).0, 2 * padded / S::F32_LANES);
             }
         }
     }
@@ -259,11 +271,12 @@ impl WithSimd for Colatitude<'_> {
 /// The sums over m of one k.
 struct Across<'a> {
     plan: &'a SynthesisPlan<'a>,
+    group: &'a Group,
     /// The terms in beta at each column, [columns, terms in beta].
-    betas: &'a [f64],
+    betas: &'a [f32],
     /// The values of k.
     terms: StridedTerms<'a>,
-    across: &'a mut [f64],
+    across: &'a mut [f32],
 }
 
 impl WithSimd for Across<'_> {
@@ -271,8 +284,8 @@ impl WithSimd for Across<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { plan, betas, terms, across } = self;
-        plan.fourier.sum(simd, betas, terms, plan.padded, across);
+        let Self { plan, group, betas, terms, across } = self;
+        plan.fourier.sum(simd, betas, terms, group.padded, across);
     }
 }
 
@@ -317,14 +330,13 @@ impl WithSimd for Columns<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { block, pair } = self;
-        let (plan, edge) = (block.plan, block.cube.edge);
-        let (fourier, padded, half) = (plan.fourier, plan.padded, edge.div_ceil(2));
+        let (plan, edge, group) = (block.plan, block.cube.edge, pair.group);
+        let (fourier, padded, half) = (plan.fourier, group.padded, edge.div_ceil(2));
         let mut alphas = vec![0.0; half * fourier.len()];
         let mut places = Vec::with_capacity(half);
-        let mut series = vec![0.0; plan.series()];
+        let mut series = vec![0.0; fourier.len() * padded];
         let mut sums = vec![0.0; half * 4 * padded];
         let mut four = vec![0.0; 4 * padded];
-        let flip: Vec<f64> = plan.odd.iter().map(|odd| if *odd { -1.0 } else { 1.0 }).collect();
         for column in block.first..block.last {
             places.clear();
             for (row, alpha) in alphas.chunks_exact_mut(fourier.len()).enumerate() {
@@ -339,7 +351,7 @@ impl WithSimd for Columns<'_, '_> {
                     continue;
                 }
                 let sums_over_m = StridedTerms { values: across, step: half * 4 * padded };
-                circle(plan, sums_over_m, mirrored, &mut series);
+                circle(plan, group, sums_over_m, mirrored, &mut series);
                 let terms = StridedTerms { values: &series, step: padded };
                 fourier.sum(simd, &alphas, terms, padded, &mut sums);
                 for (row, sums) in sums.chunks_exact(4 * padded).enumerate() {
@@ -347,9 +359,7 @@ impl WithSimd for Columns<'_, '_> {
                     mirror(sums, &mut four);
                     for (i, values) in four.chunks_exact_mut(padded).enumerate() {
                         if i >= 2 {
-                            for (value, flip) in values.iter_mut().zip(&flip) {
-                                *value *= flip;
-                            }
+                            values[group.of_parity(true)].iter_mut().for_each(|value| *value = -*value);
                         }
                         let mut place = places[row];
                         place.y *= if mirrored { -1.0 } else { 1.0 };
@@ -357,7 +367,7 @@ impl WithSimd for Columns<'_, '_> {
                         let (row, height) =
                             if i % 2 == 0 { (row, place.z) } else { (edge - 1 - row, -place.z) };
                         place.z = height;
-                        block.put(pair.faces, i >= 2, [row, column], place, values);
+                        block.put(pair, i >= 2, [row, column], place, values);
                     }
                 }
             }
@@ -366,48 +376,59 @@ impl WithSimd for Columns<'_, '_> {
 }
 
 impl ColumnBlock<'_> {
-    /// Writes a texel, given by its row, column and direction on the near or far side face.
+    /// Writes a group of a texel, given by its row, column and direction on the near or far side face.
     #[inline(always)]
-    fn put(&mut self, faces: &Faces, far: bool, place: [usize; 2], turned: DVec3, values: &mut [f64]) {
+    fn put(
+        &mut self,
+        Pair { group, faces, .. }: &Pair<'_>,
+        far: bool,
+        place: [usize; 2],
+        turned: DVec3,
+        values: &mut [f32],
+    ) {
         let face = if far { faces.far } else { faces.near };
         let [mut row, mut column] = place;
         if faces.over {
             if self.plan.terms == Terms::All {
-                spin_by(frame_turn(turned), self.plan.reflection.brdf().p().get(), values);
+                spin_by(frame_turn(turned), group, values);
             }
             if far {
                 (row, column) = (self.cube.edge - 1 - row, self.cube.edge - 1 - column);
             }
         }
-        for (out, value) in self.texel(face, row, column).iter_mut().zip(values) {
-            *out = *value as f32;
-        }
+        let out = &mut self.texel(face, row, column)[group.columns.clone()];
+        out.iter_mut().zip(&group.places).for_each(|(out, place)| *out = values[*place]);
     }
 }
 
 /// The series in alpha of one column from the partial sums over m for each k: at the column's beta, or at
 /// -beta.
 #[inline(always)]
-fn circle(plan: &SynthesisPlan<'_>, across: StridedTerms<'_>, mirrored: bool, series: &mut [f64]) {
-    let padded = plan.padded;
+fn circle(
+    plan: &SynthesisPlan<'_>,
+    group: &Group,
+    across: StridedTerms<'_>,
+    mirrored: bool,
+    series: &mut [f32],
+) {
+    let padded = group.padded;
     let sign = if mirrored { -1.0 } else { 1.0 };
-    for k in 0..=plan.f {
-        let part = |part: usize| &across.values[k * across.step + part * padded..][..padded];
-        let [ce, co, se, so] = [part(0), part(1), part(2), part(3)];
-        let cosine = plan.fourier.cosine(k) * padded;
-        // Even m makes cosines of k if q is even, and sines if it is odd.
-        let out = &mut series[cosine..][..padded];
-        for i in 0..padded {
-            let (even, odd) = (ce[i] + sign * se[i], co[i] + sign * so[i]);
-            out[i] = if plan.odd[i] { odd } else { even };
-        }
-        if k > 0 {
-            let sine = plan.fourier.sine(k) * padded;
-            let out = &mut series[sine..][..padded];
-            for i in 0..padded {
-                let (even, odd) = (ce[i] + sign * se[i], co[i] + sign * so[i]);
-                out[i] = if plan.odd[i] { even } else { odd };
+    // Even m makes cosines of k if q is even, and sines if it is odd.
+    let mut write = |k: usize, [of_even, of_odd]: [usize; 2], term: usize| {
+        for (odd, parity) in [(false, of_even), (true, of_odd)] {
+            let values = group.of_parity(odd);
+            let part = |part: usize| &across.values[k * across.step + part * padded..][values.clone()];
+            let (cosines, sines) = (part(parity), part(parity + 2));
+            let out = &mut series[term * padded..][values.clone()];
+            for ((out, cosine), sine) in out.iter_mut().zip(cosines).zip(sines) {
+                *out = cosine + sign * sine;
             }
+        }
+    };
+    for k in 0..=plan.f {
+        write(k, [0, 1], plan.fourier.cosine(k));
+        if k > 0 {
+            write(k, [1, 0], plan.fourier.sine(k));
         }
     }
 }
@@ -426,17 +447,17 @@ fn frame_turn(turned: DVec3) -> [f64; 2] {
 
 /// Turns coefficients about their +Z by psi: c' = c cos(q psi) - s sin(q psi), s' = c sin(q psi) + s cos(q
 /// psi).
-fn spin_by([cosine, sine]: [f64; 2], p: usize, values: &mut [f64]) {
-    let (mut x, mut y) = (cosine, sine);
-    for q in 1..=p {
-        for p in q..=p {
-            let middle = p * p + p;
-            for channel in 0..3 {
-                let (right, left) = (3 * (middle + q) + channel, 3 * (middle - q) + channel);
-                let (c, s) = (values[right], values[left]);
-                (values[right], values[left]) = (c * x - s * y, c * y + s * x);
-            }
-        }
-        (x, y) = (x * cosine - y * sine, y * cosine + x * sine);
+fn spin_by([cosine, sine]: [f64; 2], group: &Group, values: &mut [f32]) {
+    let mut turn = [1.0, 0.0];
+    let turns: Vec<[f32; 2]> = (0..group.p.end)
+        .map(|_| {
+            let [x, y]: [f64; 2] = turn;
+            turn = [x * cosine - y * sine, y * cosine + x * sine];
+            [x as f32, y as f32]
+        })
+        .collect();
+    for &(q, [right, left]) in &group.pairs {
+        let ([x, y], c, s) = (turns[q], values[right], values[left]);
+        (values[right], values[left]) = (c * x - s * y, c * y + s * x);
     }
 }

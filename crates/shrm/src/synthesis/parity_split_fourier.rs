@@ -20,7 +20,7 @@ pub(super) struct ParitySplitFourier {
 #[derive(Clone, Copy)]
 pub(super) struct StridedTerms<'a> {
     /// The values of the first term, then, `step` values on, those of the second.
-    pub(super) values: &'a [f64],
+    pub(super) values: &'a [f32],
     /// The number of values from one term to the next, which is at least the number of series.
     pub(super) step: usize,
 }
@@ -51,13 +51,13 @@ impl ParitySplitFourier {
     }
 
     /// All cosines and sines at an angle.
-    pub(super) fn angle(&self, (sine, cosine): (f64, f64), terms: &mut [f64]) {
+    pub(super) fn angle(&self, (sine, cosine): (f64, f64), terms: &mut [f32]) {
         let (mut x, mut y) = (1.0, 0.0);
         terms[0] = 1.0;
         for m in 1..=self.len() / 2 {
             (x, y) = (x * cosine - y * sine, y * cosine + x * sine);
-            terms[self.cosine(m)] = x;
-            terms[self.sine(m)] = y;
+            terms[self.cosine(m)] = x as f32;
+            terms[self.sine(m)] = y as f32;
         }
     }
 
@@ -66,14 +66,14 @@ impl ParitySplitFourier {
     pub(super) fn sum<S: Simd>(
         &self,
         simd: S,
-        angles: &[f64],
+        angles: &[f32],
         series: StridedTerms<'_>,
         values: usize,
-        sums: &mut [f64],
+        sums: &mut [f32],
     ) {
-        let (terms, _) = S::as_simd_f64s(series.values);
-        let (sums, _) = S::as_mut_simd_f64s(sums);
-        let (vectors, right_step) = (values / S::F64_LANES, series.step / S::F64_LANES);
+        let (terms, _) = S::as_simd_f32s(series.values);
+        let (sums, _) = S::as_mut_simd_f32s(sums);
+        let (vectors, right_step) = (values / S::F32_LANES, series.step / S::F32_LANES);
         for (part, ends) in self.starts.windows(2).enumerate() {
             let inner = ends[0]..ends[1];
             // A part may be empty.
@@ -86,7 +86,7 @@ impl ParitySplitFourier {
 
 /// The values at x, pi - x, -x and x + pi from the four partial sums, each with as many values.
 #[inline(always)]
-pub(super) fn mirror(sums: &[f64], values: &mut [f64]) {
+pub(super) fn mirror(sums: &[f32], values: &mut [f32]) {
     let len = sums.len() / 4;
     let (ce, rest) = sums.split_at(len);
     let (co, rest) = rest.split_at(len);

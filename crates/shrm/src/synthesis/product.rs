@@ -7,7 +7,7 @@ use pulp::Simd;
 /// Some columns of a matrix times the rows of another, in vectors.
 pub(super) struct Product<'a, V> {
     /// Rows of `stride` numbers, of which the columns `inner` are used.
-    pub(super) left: &'a [f64],
+    pub(super) left: &'a [f32],
     pub(super) stride: usize,
     pub(super) inner: Range<usize>,
     /// A row of `vectors` vectors for each of `inner`, `right_step` vectors after the one before it.
@@ -19,7 +19,7 @@ pub(super) struct Product<'a, V> {
 impl<V: Copy> Product<'_, V> {
     /// Writes each row of the product to `out`, `step` vectors after the one before it.
     #[inline(always)]
-    pub(super) fn write<S: Simd<f64s = V>>(&self, simd: S, out: &mut [V], step: usize) {
+    pub(super) fn write<S: Simd<f32s = V>>(&self, simd: S, out: &mut [V], step: usize) {
         let mut first = 0;
         while first < self.vectors {
             first += match self.vectors - first {
@@ -33,7 +33,7 @@ impl<V: Copy> Product<'_, V> {
 
     /// `WIDE` vectors of all rows from `first` on, `TALL` rows at a time; gives `WIDE`.
     #[inline(always)]
-    fn strip<S: Simd<f64s = V>, const TALL: usize, const WIDE: usize>(
+    fn strip<S: Simd<f32s = V>, const TALL: usize, const WIDE: usize>(
         &self,
         simd: S,
         first: usize,
@@ -52,7 +52,7 @@ impl<V: Copy> Product<'_, V> {
     }
 
     #[inline(always)]
-    fn tile<S: Simd<f64s = V>, const TALL: usize, const WIDE: usize>(
+    fn tile<S: Simd<f32s = V>, const TALL: usize, const WIDE: usize>(
         &self,
         simd: S,
         [row, first]: [usize; 2],
@@ -60,15 +60,15 @@ impl<V: Copy> Product<'_, V> {
         step: usize,
     ) {
         let count = self.inner.len();
-        let left: [&[f64]; TALL] =
+        let left: [&[f32]; TALL] =
             std::array::from_fn(|i| &self.left[(row + i) * self.stride + self.inner.start..][..count]);
-        let mut total = [[simd.splat_f64s(0.0); WIDE]; TALL];
+        let mut total = [[simd.splat_f32s(0.0); WIDE]; TALL];
         for index in 0..count {
             let right = &self.right[index * self.right_step + first..][..WIDE];
             for i in 0..TALL {
-                let factor = simd.splat_f64s(left[i][index]);
+                let factor = simd.splat_f32s(left[i][index]);
                 for j in 0..WIDE {
-                    total[i][j] = simd.mul_add_f64s(factor, right[j], total[i][j]);
+                    total[i][j] = simd.mul_add_f32s(factor, right[j], total[i][j]);
                 }
             }
         }

@@ -33,10 +33,10 @@ pub(super) struct Rows<'a> {
     pub(super) lighting: &'a Expansion,
     /// The colatitudes of the rows.
     pub(super) alphas: &'a [f64],
-    /// For each colatitude, a series [orders, padded values].
-    pub(super) north: &'a mut [f64],
-    /// For pi minus each colatitude, a series [orders, padded values].
-    pub(super) south: &'a mut [f64],
+    /// For each colatitude, a series: for each group of the plan [orders, padded values].
+    pub(super) north: &'a mut [f32],
+    /// For pi minus each colatitude, a series.
+    pub(super) south: &'a mut [f32],
 }
 
 impl WithSimd for Rows<'_> {
@@ -165,8 +165,7 @@ impl Rows<'_> {
     /// Writes the sums of one (q, m) into the series.
     #[inline(always)]
     fn store<S: Simd>(&mut self, simd: S, [q, m]: [usize; 2], sums: &[[S::f64s; PARTS]]) {
-        let (padded, fourier) = (self.plan.padded, self.plan.fourier);
-        let series = self.plan.series();
+        let (fourier, series) = (self.plan.fourier, self.plan.series());
         let places = [Some(fourier.cosine(m)), (m > 0).then(|| fourier.sine(m))];
         for p in q..=self.plan.reflection.brdf().p().get() {
             let [even, odd] = [sums[2 * (p - q)], sums[2 * (p - q) + 1]];
@@ -182,12 +181,12 @@ impl Rows<'_> {
                     let mut lanes = [F64x4::ZERO; 2];
                     store(simd, simd.add_f64s(even, odd), &mut lanes[0]);
                     store(simd, south, &mut lanes[1]);
-                    let target = place * padded + 3 * row + channel;
+                    let target = self.plan.place(3 * row + channel, place);
                     for (lane, value) in self.north.chunks_exact_mut(series).zip(&lanes[0].0) {
-                        lane[target] = *value;
+                        lane[target] = *value as f32;
                     }
                     for (lane, value) in self.south.chunks_exact_mut(series).zip(&lanes[1].0) {
-                        lane[target] = *value;
+                        lane[target] = *value as f32;
                     }
                 }
             }

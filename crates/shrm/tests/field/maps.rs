@@ -41,7 +41,7 @@ fn error(reflection: &Reflection, map: &Shrm) -> f64 {
     worst / largest.max(1e-300)
 }
 
-/// f32 rounds by 6e-8 of a value; the sums before it are within some F units of rounding of f64.
+/// f32 rounds by 6e-8 of a value, in each of four sums.
 #[test]
 fn every_texel_has_the_coefficients_of_its_own_direction() {
     for (f, p) in [(0, 0), (0, 2), (1, 1), (2, 5), (3, 2), (7, 0), (7, 3), (12, 2), (16, 8), (31, 5), (60, 4)]
@@ -50,7 +50,7 @@ fn every_texel_has_the_coefficients_of_its_own_direction() {
         for grid in GRIDS {
             let map = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
             let error = error(&reflection, &map);
-            assert!(error < 1e-7, "F {f}, P {p}, {grid:?}: {error:e}");
+            assert!(error < 1e-6, "F {f}, P {p}, {grid:?}: {error:e}");
         }
     }
 }
@@ -63,7 +63,7 @@ fn a_material_without_azimuth_keeps_zonal_terms() {
             let map = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
             assert_eq!((map.terms(), map.rows()), (Terms::Zonal, p + 1));
             let error = error(&reflection, &map);
-            assert!(error < 1e-7, "F {f}, P {p}, {grid:?}: {error:e}");
+            assert!(error < 1e-6, "F {f}, P {p}, {grid:?}: {error:e}");
             let global = reflection.synthesise(grid, View::Global, Stop::NEVER).unwrap();
             assert_eq!((global.terms(), global.rows()), (Terms::All, (p + 1) * (p + 1)));
         }

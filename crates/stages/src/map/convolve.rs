@@ -193,10 +193,8 @@ impl Kind for Convolve {
                     reporter.warn(missed(rule, &cut.map));
                 }
                 let reflection = if given.is_none() && rule.is_none() && cut.shows() {
-                    let (reflection, error) = reporter.until_stopped(|stop| {
-                        let turned = turned(&lighting.series, &brdf.coefficients, stop)?;
-                        least_window(&found, &turned, dark, reporter, stop)
-                    })?;
+                    let (reflection, error) =
+                        reporter.until_stopped(|stop| least_window(&found, dark, reporter, stop))?;
                     if error.negative > NEGATIVE || error.p95 > RING {
                         reporter.warn(format!(
                             "the highest degrees are too low for a highlight this sharp: {}; a larger \
@@ -279,13 +277,12 @@ fn at_named_degrees(lighting: &Lighting, brdf: &tensors::Brdf, reporter: &Report
 /// The reflection with the weakest window that takes it nearer to the one that is not cut, and its error.
 fn least_window(
     found: &ForLight<Reflection>,
-    turned: &TurnedLight,
     dark: f64,
     reporter: &Reporter,
     stop: Stop<'_>,
 ) -> Result<(Reflection, CutError), Stopped> {
     let windows = [sh::Window::None].into_iter().chain(WINDOWS.map(|(_, window)| window));
-    let samples = found.samples(&windows.collect::<Vec<_>>(), turned, stop)?;
+    let samples = found.samples(&windows.collect::<Vec<_>>(), stop)?;
     let mut errors = samples.iter().map(|samples| samples.error(&found.uncut, dark));
     let (mut best, mut least) = (None, errors.next().unwrap_or_default());
     for ((name, window), error) in WINDOWS.into_iter().zip(errors) {
