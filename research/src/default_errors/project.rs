@@ -200,9 +200,7 @@ fn manifest(maps: &[Map], resolution: usize) -> String {
                 "kind = \"export-shrm\"\nlamps = \"separate\"\nmost-p = 16\naccept = [0.01, 0.02]"
             }
             Map::Baked => "kind = \"export-shrm\"\nmost-p = 16\naccept = [0.1, 0.35]",
-            Map::Plain => {
-                "kind = \"export-reflection-map\"\nlayout = \"cube-strip\"\nparts = \"together\""
-            }
+            Map::Plain => "kind = \"export-reflection-map\"\nlayout = \"cube-strip\"\nparts = \"together\"",
         };
         let _ = write!(
             text,
