@@ -11,8 +11,8 @@
 //! matrices ([`parity_split_fourier`]). On a lat-long map that is all ([`lat_long`]). A column of a cube's
 //! side face has one azimuth, and there B is a Fourier series of degree F in alpha ([`cube`]).
 //!
-//! What a row needs is summed in `f64`; the Fourier series after it are in `f32`, as the map is, and belong to
-//! a few coefficients at a time ([`plan::Group`]), so that they stay in the processor's caches.
+//! What a row needs is summed in `f64`. The Fourier series after it are in `f32`, as the map is, and belong
+//! to a few coefficients at a time ([`plan::Group`]), so that they stay in the processor's caches.
 //!
 //! The product takes O(F) per texel and row, with four texels for the price of one by symmetry. A fast
 //! Fourier transform along lat-long rows would need fewer operations, but of a slower kind: it pays from F =
