@@ -38,6 +38,7 @@ pub(super) struct SynthesisPlan<'a> {
 /// The coefficients of some degrees p, which are summed together: first those of even q, then those of odd q,
 /// each filled up to whole vectors.
 pub(super) struct Group {
+    /// The degrees.
     pub(super) p: Range<usize>,
     /// The values of a texel that it has.
     pub(super) columns: Range<usize>,
