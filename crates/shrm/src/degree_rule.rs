@@ -99,18 +99,21 @@ impl DegreeRule {
     }
 }
 
-/// The energy of the field at each degree l, over all central directions and views [Ram02, eq. 5.15].
+/// The energy of the field at one l and p, over all central directions and views [Ram02, eq. 5.15]; `light`
+/// has the energies of the lighting by degree.
+fn energy_at(light: &[[f64; 3]], brdf: &BrdfCoefficients, l: usize, p: usize) -> f64 {
+    let of_q = |q: usize| -> f64 {
+        let (rho, signs) = (brdf.get(l, p, q), if q == 0 { 1.0 } else { 2.0 });
+        (0..3).map(|channel| signs * light[l][channel] * rho[channel] * rho[channel]).sum()
+    };
+    math::powi(lambda(l), 2) * (0..=l.min(p)).map(of_q).sum::<f64>()
+}
+
+/// The energy of the field at each degree l.
 pub(crate) fn energy_per_central_degree(lighting: &Expansion, brdf: &BrdfCoefficients) -> Vec<f64> {
     let light = energy_per_degree(lighting);
-    let of = |(l, light): (usize, &[f64; 3])| -> f64 {
-        let of_pair = |(p, q): (usize, usize)| -> f64 {
-            let (rho, signs) = (brdf.get(l, p, q), if q == 0 { 1.0 } else { 2.0 });
-            (0..3).map(|channel| signs * light[channel] * rho[channel] * rho[channel]).sum()
-        };
-        let pairs = (0..=brdf.p().get()).flat_map(|p| (0..=l.min(p)).map(move |q| (p, q)));
-        math::powi(lambda(l), 2) * pairs.map(of_pair).sum::<f64>()
-    };
-    light.iter().enumerate().take(brdf.f().get() + 1).map(of).collect()
+    let of = |l| (0..=brdf.p().get()).map(|p| energy_at(&light, brdf, l, p)).sum();
+    (0..=brdf.f().get().min(light.len() - 1)).map(of).collect()
 }
 
 /// The RMS of what a cut at each P leaves out, as a share of the RMS of the field, over all central
@@ -118,14 +121,7 @@ pub(crate) fn energy_per_central_degree(lighting: &Expansion, brdf: &BrdfCoeffic
 pub(crate) fn rms_of_cuts(lighting: &Expansion, brdf: &BrdfCoefficients) -> Vec<f64> {
     let light = energy_per_degree(lighting);
     let energy = |p: usize| -> f64 {
-        let of = |l: usize| -> f64 {
-            let of_q = |q: usize| -> f64 {
-                let (rho, signs) = (brdf.get(l, p, q), if q == 0 { 1.0 } else { 2.0 });
-                (0..3).map(|channel| signs * light[l][channel] * rho[channel] * rho[channel]).sum()
-            };
-            math::powi(lambda(l), 2) * (0..=l.min(p)).map(of_q).sum::<f64>()
-        };
-        (0..=brdf.f().get().min(light.len() - 1)).map(of).sum()
+        (0..=brdf.f().get().min(light.len() - 1)).map(|l| energy_at(&light, brdf, l, p)).sum()
     };
     let energies: Vec<f64> = (0..=brdf.p().get()).map(energy).collect();
     let whole: f64 = energies.iter().sum();

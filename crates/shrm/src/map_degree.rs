@@ -55,6 +55,12 @@ impl Reflection {
         }
     }
 
+    /// The share of the energy, over all central directions and views, that changes with the view, as p > 0
+    /// does; 0 for a black field.
+    pub fn view_dependent_share(&self) -> f64 {
+        rms_of_cuts(self.lighting(), self.brdf()).first().map_or(0.0, |rms| rms * rms)
+    }
+
     /// The degree P of a map of this field by a rule, and its errors compared with the field: see the
     /// module's text. `stop` is asked every few milliseconds, on every thread.
     ///

@@ -37,8 +37,8 @@ const FEWEST: usize = 16;
 pub(super) const MIRRORED: usize = 4;
 
 impl ViewGrid {
-    /// The harmonics up to degree P about this centre, at about (2 F + 8)^2 views, F being the degree that is
-    /// fitted.
+    /// The harmonics up to degree P about this centre, at about (2 F + 8)^2 views, but 16^2 at least, F being
+    /// the degree that is fitted.
     pub(super) fn new(p: usize, fitted: usize, terms: Terms, centre: Centre) -> Self {
         let count = (2 * fitted + 8).max(FEWEST).next_multiple_of(MIRRORED);
         let rows: Vec<(f64, f64)> = mean_views(centre, count).collect();

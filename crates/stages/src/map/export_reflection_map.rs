@@ -66,7 +66,6 @@
 //! prevents them.
 
 use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
-use sh::{energy_per_degree, lambda};
 use shrm::degrees::BLACK_SHARE;
 use shrm::{Plain, Reflection};
 
@@ -163,7 +162,7 @@ fn files(
         Plain::Mean => "the mean over all views",
         Plain::HeadOn => "the surface viewed straight on",
     };
-    let lost = view_dependent_share(reflection);
+    let lost = reflection.view_dependent_share();
     if lost > 0.0 {
         let what = format!(
             "the reflected energy changes with the view (P = 1 to {}) and is lost: the map holds {shown}",
@@ -201,28 +200,6 @@ fn note_lost_together(reflection: &Reflection, plain: Plain, reporter: &Reporter
         reporter.note(found);
     }
     Ok(())
-}
-
-/// The share of the energy of the reflected field that has p > 0; 0 for a black one.
-///
-/// The energy of B_lmpq over central directions and views is Lambda_l^2 |L_lm|^2 |rho_lpq|^2, summed over
-/// both signs of q.
-fn view_dependent_share(reflection: &Reflection) -> f64 {
-    let (mut dependent, mut total) = (0.0, 0.0);
-    let (brdf, light) = (reflection.brdf(), energy_per_degree(reflection.lighting()));
-    for (l, light) in light.iter().enumerate() {
-        for p in 0..=brdf.p().get() {
-            for q in 0..=p {
-                let rho = brdf.get(l, p, q);
-                let signs = if q == 0 { 1.0 } else { 2.0 };
-                let energy: f64 =
-                    (0..3).map(|c| light[c] * math::powi(lambda(l) * rho[c], 2)).sum::<f64>() * signs;
-                total += energy;
-                dependent += if p > 0 { energy } else { 0.0 };
-            }
-        }
-    }
-    if total > 0.0 { dependent / total } else { 0.0 }
 }
 
 /// Reports how many values are negative because of ringing.
