@@ -5,6 +5,8 @@
 //! holds the matrix exactly, in 81 numbers rather than 625 (O = F = 4). When shading, few of the products are
 //! not zero, and those of (i, j) and (j, i) are the same.
 
+use std::sync::OnceLock;
+
 use brdf::BrdfTable;
 use pulp::Simd;
 use rayon::prelude::*;
@@ -30,8 +32,11 @@ pub struct Visibility {
     values: Vec<f32>,
 }
 
+/// The highest O and F.
+const HIGHEST: usize = 8;
+
 /// The number of blocks of eight vertices that share the reading of a product.
-const AT_ONCE: usize = 2;
+const AT_ONCE: usize = 4;
 
 /// The number of blocks of eight vertices that a thread takes at a time.
 const BLOCKS: usize = 64;
@@ -41,7 +46,7 @@ impl Visibility {
     /// (O + F + 1)^2.
     pub fn new(output: Degree, input: Degree, values: Vec<f32>) -> Option<Self> {
         let sum = Degree::new(output.get() + input.get()).ok()?;
-        let fits = output.get() <= 8 && input.get() <= 8 && values.len().is_multiple_of(sum.rows());
+        let fits = output.get().max(input.get()) <= HIGHEST && values.len().is_multiple_of(sum.rows());
         fits.then_some(Self { output, input, sum, values })
     }
 
@@ -58,7 +63,7 @@ impl Visibility {
         stop: Stop<'_>,
     ) -> Result<(Self, usize), TransferError> {
         let (found, expected) = (directions.degree().get(), output.get() + input.get());
-        if found < expected || output.get() > 8 || input.get() > 8 {
+        if found < expected || output.get().max(input.get()) > HIGHEST {
             return Err(TransferError::Directions { found, expected });
         }
         let columns = (expected + 1) * (expected + 1);
@@ -145,7 +150,7 @@ impl Visibility {
         assert_eq!(frames.len(), self.len(), "the frames of this visibility");
         let output = self.output.min(table.degree());
         let input = self.input.min(light.degree());
-        let products = Products::new(output, input);
+        let products = Products::up_to(output, input);
         let rotation = FrameRotation::new(output);
         let light = by_row(light, input);
         let mut radiance = vec![[0.0; 3]; frames.len()];
@@ -153,18 +158,19 @@ impl Visibility {
         let columns = self.sum.rows();
         let chunks = chunks.zip(self.values.par_chunks(LANES * BLOCKS * columns));
         chunks.for_each(|((radiance, blocks), values)| {
-            SimdLevel::detect().run_lanes(Shade {
+            let shade = Shade {
                 table,
                 viewer,
                 output,
                 columns,
                 values,
-                products: &products,
+                products,
                 rotation: &rotation,
                 light: &light,
                 blocks,
                 radiance,
-            });
+            };
+            SimdLevel::detect().run_lanes(shade);
         });
         radiance
     }
@@ -189,25 +195,33 @@ struct Column {
 }
 
 impl Products {
+    /// The products up to these degrees, which are at most 8: computed once, since integrals take as long as a
+    /// frame.
+    fn up_to(output: Degree, input: Degree) -> &'static Self {
+        const SIDE: usize = HIGHEST + 1;
+        static ALL: [[OnceLock<Products>; SIDE]; SIDE] = [const { [const { OnceLock::new() }; SIDE] }; SIDE];
+        ALL[output.get()][input.get()].get_or_init(|| Self::new(output, input))
+    }
+
     fn new(output: Degree, input: Degree) -> Self {
         let products = TripleProducts::new(output, input);
         let (width, both) = (input.rows(), output.min(input).rows());
         let (mut rows, mut columns, mut terms) = (Vec::new(), Vec::new(), Vec::new());
-        for i in 0..output.rows() {
-            let before = columns.len();
-            let is_mirrored = |j: usize| i != j && i < both && j < both;
-            for j in (0..width).filter(|j| !is_mirrored(*j) || i < *j) {
-                let own = products.terms.iter().filter(|(entry, ..)| *entry as usize == i * width + j);
-                let own: Vec<(u16, f32)> =
-                    own.map(|(_, k, integral)| (*k as u16, *integral as f32)).collect();
-                terms.extend(own.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or_default()]));
-                columns.push(Column {
-                    j: j as u16,
-                    mirrored: is_mirrored(j),
-                    pairs: own.len().div_ceil(2) as u16,
-                });
+        let is_mirrored = |i: usize, j: usize| i != j && i < both && j < both;
+        for own in products.terms.chunk_by(|a, b| a.0 == b.0) {
+            let (i, j) = (own[0].0 as usize / width, own[0].0 as usize % width);
+            if is_mirrored(i, j) && i > j {
+                continue;
             }
-            rows.push((columns.len() - before) as u16);
+            rows.resize(i + 1, 0);
+            rows[i] += 1;
+            let own: Vec<_> = own.iter().map(|(_, k, integral)| (*k as u16, *integral as f32)).collect();
+            terms.extend(own.chunks(2).map(|pair| [pair[0], pair.get(1).copied().unwrap_or_default()]));
+            columns.push(Column {
+                j: j as u16,
+                mirrored: is_mirrored(i, j),
+                pairs: own.len().div_ceil(2) as u16,
+            });
         }
         Self { rows, columns, terms }
     }
@@ -234,34 +248,46 @@ impl WithLanes for Shade<'_> {
     /// Turns c into the world, where (c T)_j = sum over i and k of c_i G_ijk V_k.
     #[inline(always)]
     fn with_lanes<L: f64x4::Lanes>(self, simd: L) {
-        let (channels, rows, columns) = (self.table.channels(), self.output.rows(), self.columns);
+        // With a known number of channels their sums stay in registers.
+        match self.table.channels() {
+            1 => self.shade::<L, 1>(simd),
+            _ => self.shade::<L, 3>(simd),
+        }
+    }
+}
+
+impl Shade<'_> {
+    #[inline(always)]
+    fn shade<L: f64x4::Lanes, const CHANNELS: usize>(self, simd: L) {
+        let (rows, columns) = (self.output.rows(), self.columns);
         let mut texels = vec![0.0; LANES * self.table.texel()];
-        let mut found = vec![[0.0; LANES]; channels * rows];
+        let mut found = vec![[0.0; LANES]; CHANNELS * rows];
         let mut open = vec![[0.0; LANES]; columns];
         let mut filled = vec![0.0; LANES * columns];
         let mut room = self.rotation.room();
         let zero = [simd.splat_f32s(0.0); AT_ONCE];
-        let (mut c, mut v, mut seen) =
-            (vec![zero; channels * rows], vec![zero; columns], vec![zero; self.light.len()]);
+        let (mut c, mut v) = (vec![[zero; CHANNELS]; rows], vec![zero; columns]);
+        let mut seen = vec![[zero; CHANNELS]; self.light.len()];
         let chunks = self.blocks.chunks(AT_ONCE).zip(self.values.chunks(AT_ONCE * LANES * columns));
         for ((blocks, values), radiance) in chunks.zip(self.radiance.chunks_mut(AT_ONCE * LANES)) {
             for (index, (block, values)) in blocks.iter().zip(values.chunks(LANES * columns)).enumerate() {
                 self.table.lookup_eight(simd, &block.blend, &block.views(self.viewer), &mut texels);
-                by_lane(simd, &texels, channels, &mut found);
+                by_lane(simd, &texels, CHANNELS, &mut found);
                 self.rotation.to_world(simd, &block.angles, &mut found, &mut room);
-                c.iter_mut().zip(&found).for_each(|(c, found)| c[index] = load(simd, found));
+                for (channel, found) in found.chunks_exact(rows).enumerate() {
+                    c.iter_mut().zip(found).for_each(|(c, found)| c[channel][index] = load(simd, found));
+                }
                 filled[..values.len()].copy_from_slice(values);
                 by_lane(simd, &filled, 1, &mut open);
                 v.iter_mut().zip(&open).for_each(|(v, open)| v[index] = load(simd, open));
             }
+            seen.fill([zero; CHANNELS]);
+            self.products.apply(simd, &c, &v, &mut seen);
             let mut sums = [[simd.splat_f32s(0.0); 3]; AT_ONCE];
-            for channel in 0..3 {
-                if channel < channels {
-                    seen.fill(zero);
-                    self.products.apply(simd, &c[channel * rows..][..rows], &v, &mut seen);
-                }
-                for (seen, light) in seen.iter().zip(self.light) {
-                    let light = simd.splat_f32s(light[channel]);
+            for (seen, light) in seen.iter().zip(self.light) {
+                for channel in 0..3 {
+                    let (seen, light) =
+                        (&seen[channel.min(CHANNELS - 1)], simd.splat_f32s(light[channel]));
                     for (sums, seen) in sums.iter_mut().zip(seen) {
                         sums[channel] = simd.mul_add_f32s(*seen, light, sums[channel]);
                     }
@@ -275,12 +301,12 @@ impl WithLanes for Shade<'_> {
 impl Products {
     /// Adds c_i G_ijk V_k to each j.
     #[inline(always)]
-    fn apply<S: Simd>(
+    fn apply<S: Simd, const CHANNELS: usize>(
         &self,
         simd: S,
-        c: &[[S::f32s; AT_ONCE]],
+        c: &[[[S::f32s; AT_ONCE]; CHANNELS]],
         v: &[[S::f32s; AT_ONCE]],
-        seen: &mut [[S::f32s; AT_ONCE]],
+        seen: &mut [[[S::f32s; AT_ONCE]; CHANNELS]],
     ) {
         let zero = [simd.splat_f32s(0.0); AT_ONCE];
         let (mut columns, mut terms) = (self.columns.as_slice(), self.terms.as_slice());
@@ -288,34 +314,35 @@ impl Products {
             let (own, rest) = columns.split_at(usize::from(*count));
             columns = rest;
             // What (j, i) add.
-            let mut mirrored = zero;
+            let mut mirrored = [zero; CHANNELS];
             for column in own {
                 let (own, rest) = terms.split_at(usize::from(column.pairs));
                 terms = rest;
                 let mut sums = zero;
-                for pair in own {
-                    for (k, integral) in pair {
-                        let (v, integral) = (&v[usize::from(*k)], simd.splat_f32s(*integral));
-                        for block in 0..AT_ONCE {
-                            sums[block] = simd.mul_add_f32s(integral, v[block], sums[block]);
-                        }
+                for (k, integral) in own.as_flattened() {
+                    let (v, integral) = (&v[usize::from(*k)], simd.splat_f32s(*integral));
+                    for block in 0..AT_ONCE {
+                        sums[block] = simd.mul_add_f32s(integral, v[block], sums[block]);
                     }
                 }
                 let j = usize::from(column.j);
-                let seen = &mut seen[j];
-                for block in 0..AT_ONCE {
-                    seen[block] = simd.mul_add_f32s(c_i[block], sums[block], seen[block]);
-                }
-                if column.mirrored {
+                for channel in 0..CHANNELS {
+                    let seen = &mut seen[j][channel];
                     for block in 0..AT_ONCE {
-                        mirrored[block] = simd.mul_add_f32s(c[j][block], sums[block], mirrored[block]);
+                        seen[block] = simd.mul_add_f32s(c_i[channel][block], sums[block], seen[block]);
+                    }
+                    if column.mirrored {
+                        let mirrored = &mut mirrored[channel];
+                        for block in 0..AT_ONCE {
+                            mirrored[block] =
+                                simd.mul_add_f32s(c[j][channel][block], sums[block], mirrored[block]);
+                        }
                     }
                 }
             }
-            if let Some(seen) = seen.get_mut(i) {
-                for block in 0..AT_ONCE {
-                    seen[block] = simd.add_f32s(seen[block], mirrored[block]);
-                }
+            let Some(seen) = seen.get_mut(i) else { continue };
+            for (seen, mirrored) in seen.as_flattened_mut().iter_mut().zip(mirrored.as_flattened()) {
+                *seen = simd.add_f32s(*seen, *mirrored);
             }
         }
     }
