@@ -286,8 +286,7 @@ impl Shade<'_> {
             let mut sums = [[simd.splat_f32s(0.0); 3]; AT_ONCE];
             for (seen, light) in seen.iter().zip(self.light) {
                 for channel in 0..3 {
-                    let (seen, light) =
-                        (&seen[channel.min(CHANNELS - 1)], simd.splat_f32s(light[channel]));
+                    let (seen, light) = (&seen[channel.min(CHANNELS - 1)], simd.splat_f32s(light[channel]));
                     for (sums, seen) in sums.iter_mut().zip(seen) {
                         sums[channel] = simd.mul_add_f32s(*seen, light, sums[channel]);
                     }
