@@ -30,7 +30,7 @@ use sphere::Direction;
 use crate::{BrdfCoefficients, Centre, ClampedCosine, Material};
 use choice::least;
 use full::Grid;
-use slice::Source;
+use slice::{RhoHats, Source};
 use tabulation::{ACCURACY, AllowedDifference, coarse, energies, tabulate};
 
 pub use error::{MOST_COEFFICIENTS, ProjectionError};
@@ -134,8 +134,10 @@ pub fn project(material: &Material, choice: Choice, stop: Stop<'_>) -> Result<Pr
     // matter.
     let anisotropic = !material.is_isotropic() && centre != Centre::Tangent;
     let turns = material.turns();
-    let rho_hat = |incident, outgoing| material.mean_over_turns(turns, incident, outgoing);
-    let mut projection = general(centre, &rho_hat, choice, stop)?;
+    let rho_hats = |pairs: &[[Direction; 2]], values: &mut [[f64; 3]]| {
+        material.means_over_turns(turns, pairs, values);
+    };
+    let mut projection = general(centre, &rho_hats, choice, stop)?;
     projection.anisotropic = anisotropic;
     Ok(projection)
 }
@@ -169,11 +171,12 @@ fn radial(centre: Centre, lobe: &ClampedCosine, choice: Choice) -> Result<Projec
 /// The coefficients of any rho_hat, which is given in the frame of the surface.
 fn general(
     centre: Centre,
-    rho_hat: &(dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    rho_hats: RhoHats<'_>,
     choice: Choice,
     stop: Stop<'_>,
 ) -> Result<Projection, ProjectionError> {
-    let source = Source { centre, rho_hat, below: reaches_below(rho_hat), stop };
+    let mut source = Source { centre, rho_hats, below: false, stop };
+    source.below = reaches_below(&|incident, outgoing| source.rho_hat(incident, outgoing));
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
             let scale = coarse(source)?;

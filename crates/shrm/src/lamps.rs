@@ -142,9 +142,11 @@ impl Lamps {
         let surface = self.material.centre().surface_frame(outgoing);
         let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
         let view = into_surface(outgoing);
-        let (turns, mut sum) = (self.material.turns(), [0.0; 3]);
-        for light in lights {
-            let rho = self.material.mean_over_turns(turns, into_surface(light.direction), view);
+        let pairs: Vec<_> = lights.iter().map(|light| [into_surface(light.direction), view]).collect();
+        let mut values = vec![[0.0; 3]; pairs.len()];
+        self.material.means_over_turns(self.material.turns(), &pairs, &mut values);
+        let mut sum = [0.0; 3];
+        for (light, rho) in lights.iter().zip(values) {
             (0..3).for_each(|channel| sum[channel] += light.flux[channel] * rho[channel]);
         }
         sum

@@ -91,9 +91,12 @@ impl MeanLobe {
             views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).collect();
         let value = |angle: &f64| {
             let incident = Direction::from_angles(*angle, 0.0);
+            let pairs: Vec<_> =
+                views.iter().map(|(view, _)| [view.incident(incident), view.outgoing()]).collect();
+            let mut values = vec![[0.0; 3]; pairs.len()];
+            material.means_over_turns(turns, &pairs, &mut values);
             let mut sum = [0.0; 3];
-            for (view, weight) in &views {
-                let rho = material.mean_over_turns(turns, view.incident(incident), view.outgoing());
+            for ((_, weight), rho) in views.iter().zip(values) {
                 (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
             }
             sum

@@ -66,10 +66,21 @@ impl Tables {
 
     /// The values of all functions at a cosine, 0 to 1.
     pub(crate) fn at(&self, cosine: f64) -> [f64; COLUMNS] {
-        let place = cosine.clamp(0.0, 1.0).sqrt() * (self.0.len() - 1) as f64;
-        let node = (place as usize).min(self.0.len() - 2);
-        let ([low, high], share) = ([self.0[node], self.0[node + 1]], place - node as f64);
+        let ([low, high], share) = self.between(cosine.clamp(0.0, 1.0).sqrt() * self.last() as f64);
         std::array::from_fn(|column| low[column] + (high[column] - low[column]) * share)
+    }
+
+    /// The last node, which stands for a cosine of 1: node k stands for the square of k / last.
+    #[inline(always)]
+    pub(crate) fn last(&self) -> usize {
+        self.0.len() - 1
+    }
+
+    /// The values at the nodes on both sides of a place among them, and the share of the way to the second.
+    #[inline(always)]
+    pub(crate) fn between(&self, place: f64) -> ([&[f64; COLUMNS]; 2], f64) {
+        let node = (place as usize).min(self.last() - 1);
+        ([&self.0[node], &self.0[node + 1]], place - node as f64)
     }
 
     /// Twice the integral of each function times the cosine, over cosines from 0 to 1: its mean over the

@@ -122,6 +122,33 @@ macro_rules! models {
                 }
             }
 
+            /// [`Material::rho_hat`] of many pairs of the incident and the outgoing direction: the same
+            /// values, faster.
+            ///
+            /// # Panics
+            /// If there are not as many values as pairs.
+            pub fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
+                assert_eq!(pairs.len(), values.len(), "a value for each pair");
+                match self {
+                    $(Self::$model(model) => model.rho_hats(pairs, values),)*
+                    Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
+                        for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
+                            *value = self.rho_hat(*incident, *outgoing);
+                        }
+                    }
+                    Self::Layers(layers) => {
+                        values.fill([0.0; 3]);
+                        let mut of_layer = vec![[0.0; 3]; values.len()];
+                        for layer in layers {
+                            layer.rho_hats(pairs, &mut of_layer);
+                            for (sum, value) in values.iter_mut().zip(&of_layer) {
+                                (0..3).for_each(|channel| sum[channel] += value[channel]);
+                            }
+                        }
+                    }
+                }
+            }
+
             /// Whether a turn about the normal changes nothing.
             pub fn is_isotropic(&self) -> bool {
                 match self {
@@ -297,6 +324,21 @@ impl Material {
             (0..3).for_each(|channel| sum[channel] += value[channel] / turns as f64);
         }
         sum
+    }
+
+    /// [`Material::mean_over_turns`] of many pairs of the incident and the outgoing direction: the same values,
+    /// faster.
+    ///
+    /// # Panics
+    /// If there are not as many values as pairs.
+    pub fn means_over_turns(&self, turns: usize, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
+        if turns == 1 {
+            return self.rho_hats(pairs, values);
+        }
+        assert_eq!(pairs.len(), values.len(), "a value for each pair");
+        for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
+            *value = self.mean_over_turns(turns, *incident, *outgoing);
+        }
     }
 
     /// The turns of [`Material::mean_over_turns`]: the more, the longer the highlight is for its width. An

@@ -50,6 +50,14 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// otherwise (phong, kajiya-kay). `outgoing` has z >= 0.
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3];
 
+    /// [`Model::rho_hat`] of many pairs of the incident and the outgoing direction: the same values, faster for
+    /// models that compute several at once.
+    fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
+        for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
+            *value = self.rho_hat(*incident, *outgoing);
+        }
+    }
+
     /// Whether a turn about the normal (of surface, light and view together) changes nothing.
     fn is_isotropic(&self) -> bool {
         true

@@ -32,9 +32,12 @@
 //! view sees 1 within 0.2 percent. The two last terms, and sheen, vary slowly and belong to the normal; the
 //! others are highlights about the reflection vector ([`Standard::parts`]).
 
+mod vectors;
+
 use std::f64::consts::PI;
 
 use glam::{Vec3, Vec4};
+use sh::f64x4::SimdLevel;
 use sphere::Direction;
 
 use super::base_color_response::{BaseColorResponse, several};
@@ -47,6 +50,7 @@ use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Value
 use super::part::Part;
 use crate::coefficients::Centre;
 use crate::packed::{self, packed};
+use vectors::RhoHats;
 
 /// A share of light. Above 1 a material would make light.
 const SHARE: Range = Range { least: 0.0, most: 1.0, words: "a number from 0 to 1" };
@@ -460,6 +464,17 @@ without `metallicFactor` the material is a metal, and is imported as one.";
                 + formula.multiple[channel] * several
                 + formula.diffuse[channel] * matte
         })
+    }
+
+    fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
+        if self.formula.has_sheen() {
+            for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
+                *value = self.rho_hat(*incident, *outgoing);
+            }
+            return;
+        }
+        let has_highlight = self.part != Some(Part::Diffuse);
+        SimdLevel::detect().run(RhoHats { formula: &self.formula, has_highlight, pairs, values });
     }
 
     fn constants(&self) -> StandardConstants {

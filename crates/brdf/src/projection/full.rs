@@ -217,16 +217,19 @@ impl OutgoingNodes {
             (0..azimuths).map(|j| Direction::from_angles(theta_i, azimuth(j, azimuths))).collect();
         let mut energy = 0.0;
         let mut lit = Vec::with_capacity(self.outgoing.len());
+        let (mut pairs, mut found) = (Vec::with_capacity(azimuths), vec![[0.0; 3]; azimuths]);
         for ((theta_o, weight), view) in self.outgoing.iter().zip(&self.seen) {
+            pairs.clear();
+            pairs.extend(incident.iter().map(|incident| [view.incident(*incident), view.outgoing()]));
+            (source.rho_hats)(&pairs, &mut found);
             let mut values = Vec::with_capacity(azimuths);
-            for (j, cosines) in self.cosines.iter().enumerate() {
-                let value = (source.rho_hat)(view.incident(incident[j]), view.outgoing());
+            for (j, (cosines, value)) in self.cosines.iter().zip(&found).enumerate() {
                 if !value.iter().all(|value| value.is_finite()) {
                     return Err(NotFinite { theta_i, theta_o: *theta_o, phi: azimuth(j, azimuths) });
                 }
                 energy += weight * cosines[0].0[0] * value.iter().map(|value| value * value).sum::<f64>();
-                if value != [0.0; 3] {
-                    values.push((j, value));
+                if *value != [0.0; 3] {
+                    values.push((j, *value));
                 }
             }
             lit.push(values);

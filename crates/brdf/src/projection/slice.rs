@@ -19,16 +19,27 @@ use super::legendre::{F64x16, LANES, Legendre};
 use crate::Centre;
 use crate::quadrature::{NODES, Panel, RULE};
 
+/// Computes rho_hat of pairs of the incident and the outgoing direction.
+pub(super) type RhoHats<'a> = &'a (dyn Fn(&[[Direction; 2]], &mut [[f64; 3]]) + Sync);
+
 /// The function that is projected.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) centre: Centre,
     /// rho_hat in the frame of the surface, even in phi about the central direction.
-    pub(super) rho_hat: &'a (dyn Fn(Direction, Direction) -> [f64; 3] + Sync),
+    pub(super) rho_hats: RhoHats<'a>,
     /// Whether the function reflects light from below the horizon.
     pub(super) below: bool,
     /// Whether nobody wants the result any more.
     pub(super) stop: Stop<'a>,
+}
+
+impl Source<'_> {
+    pub(super) fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
+        let mut value = [[0.0; 3]];
+        (self.rho_hats)(&[[incident, outgoing]], &mut value);
+        value[0]
+    }
 }
 
 /// The place of a value that is NaN, or whose square overflows.
@@ -110,10 +121,11 @@ impl<'a> Outgoing<'a> {
         Self { source, theta_o, axes, view }
     }
 
-    fn rho(&self, (cosine, sine): (f64, f64), cos_phi: f64, sin_phi: f64) -> [f64; 3] {
+    /// The incident direction, in the frame of the surface, and the view.
+    fn pair(&self, (cosine, sine): (f64, f64), cos_phi: f64, sin_phi: f64) -> [Direction; 2] {
         let [x, y, z] = self.axes;
         let incident = x * (sine * cos_phi) + y * (sine * sin_phi) + z * cosine;
-        (self.source.rho_hat)(Direction::from_unit(incident), self.view)
+        [Direction::from_unit(incident), self.view]
     }
 }
 
@@ -149,7 +161,8 @@ pub(super) fn slice(
         swing: 0.0,
         evaluations: 0,
     };
-    let top = outgoing.rho((1.0, 0.0), 1.0, 0.0);
+    let [incident, view] = outgoing.pair((1.0, 0.0), 1.0, 0.0);
+    let top = source.rho_hat(incident, view);
     let widest = (PHASE / f.max(1) as f64).clamp(WIDEST / 3.0, WIDEST);
     let mut columns = Columns {
         cosine: [1.0; LANES],
@@ -300,11 +313,15 @@ impl Circle<'_> {
         waiting.reverse();
         let mut first = lane == 0;
         while let Some(panel) = waiting.pop() {
+            let turns = turns(panel);
+            let pairs = turns
+                .map(|(sin_phi, cos_phi)| self.outgoing.pair((self.cosine, self.sine), cos_phi, sin_phi));
             let mut values = [[0.0; 3]; NODES];
+            (self.outgoing.source.rho_hats)(&pairs, &mut values);
             let mut cosines = [0.0; LANES];
             let [mut kronrod, mut gauss] = [0.0; 2];
-            for (i, (node, (sin_phi, cos_phi))) in RULE.into_iter().zip(turns(panel)).enumerate() {
-                let rho = self.outgoing.rho((self.cosine, self.sine), cos_phi, sin_phi);
+            for (i, (node, (_, cos_phi))) in RULE.into_iter().zip(turns).enumerate() {
+                let rho = values[i];
                 let square: f64 = rho.iter().map(|value| value * value).sum();
                 if !square.is_finite() {
                     let phi = panel.at(node);
@@ -312,7 +329,7 @@ impl Circle<'_> {
                 }
                 kronrod += node.kronrod * square;
                 gauss += node.gauss * square;
-                (values[i], cosines[i]) = (rho, cos_phi);
+                cosines[i] = cos_phi;
             }
             *evaluations += NODES;
             // Both signs of phi.

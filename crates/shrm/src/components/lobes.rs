@@ -129,10 +129,10 @@ impl PointTable {
             let incident = Direction::from_angles(*angle, 0.0);
             let mut slice = Vec::with_capacity((AZIMUTHS + 1) * 3 * count);
             for seen in seen.chunks_exact(count) {
-                let value = |view: &SurfaceView| {
-                    material.mean_over_turns(turns, view.incident(incident), view.outgoing())
-                };
-                let values: Vec<[f64; 3]> = seen.iter().map(value).collect();
+                let pairs: Vec<_> =
+                    seen.iter().map(|view| [view.incident(incident), view.outgoing()]).collect();
+                let mut values = vec![[0.0; 3]; pairs.len()];
+                material.means_over_turns(turns, &pairs, &mut values);
                 (0..3).for_each(|channel| slice.extend(values.iter().map(|value| value[channel] as f32)));
             }
             slice

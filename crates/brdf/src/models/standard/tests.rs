@@ -237,3 +237,36 @@ fn the_matte_base_has_the_zonal_coefficients_of_its_response() {
     }
     assert!((response.matte[0] - 1.0).abs() < 1e-12);
 }
+
+/// Four pairs at once have the bits of each pair alone, also below the horizon and where fewer than four are
+/// left.
+#[test]
+fn values_of_many_pairs_are_those_of_each() {
+    let coat = StandardParameters { sheen: [0.0; 3], ..coated().parameters() };
+    let metal = StandardParameters { metallic: 1.0, roughness: 0.3, ..StandardParameters::default() };
+    let mut materials =
+        vec![standard(coat), standard(metal), coated(), standard(StandardParameters::default())];
+    materials.extend(standard(coat).parts());
+    let fraction = |index: usize, step: f64| (0.5 + index as f64 * step).fract();
+    let pairs: Vec<[sphere::Direction; 2]> = (0..1003)
+        .map(|index| {
+            let light = sphere::Direction::from_angles(
+                PI * fraction(index, 0.754_877),
+                2.0 * PI * fraction(index, 0.569_84),
+            );
+            let view = sphere::Direction::from_angles(
+                0.5 * PI * fraction(index, 0.672_1),
+                PI * fraction(index, 0.331_7),
+            );
+            [light, view]
+        })
+        .collect();
+    for material in materials {
+        let mut values = vec![[f64::NAN; 3]; pairs.len()];
+        material.rho_hats(&pairs, &mut values);
+        for (value, [light, view]) in values.iter().zip(&pairs) {
+            let expected = material.rho_hat(*light, *view);
+            assert_eq!(value.map(f64::to_bits), expected.map(f64::to_bits), "{light:?} {view:?}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! rho_hat of four pairs of directions at once: the same operations in the same order as for one pair, so that
+//! the bits are the same.
+
+use pulp::{Simd, WithSimd};
+use sh::f64x4::{F64x4, LANES, load, store};
+use sphere::Direction;
+
+use super::{COAT, Formula};
+use crate::models::directional_albedo::Tables;
+
+/// The values of a material without sheen.
+pub(super) struct RhoHats<'a> {
+    pub(super) formula: &'a Formula,
+    /// Whether the material has the highlight of its base.
+    pub(super) has_highlight: bool,
+    /// Pairs of the incident and the outgoing direction.
+    pub(super) pairs: &'a [[Direction; 2]],
+    /// The value of each pair.
+    pub(super) values: &'a mut [[f64; 3]],
+}
+
+/// The half vectors of four pairs of light and view.
+struct HalfVectors<S: Simd> {
+    light: S::f64s,
+    view: S::f64s,
+    /// As `HalfVector::sin2`, `HalfVector::cos2` and `HalfVector::facet`.
+    sin2: S::f64s,
+    cos2: S::f64s,
+    facet: S::f64s,
+}
+
+impl WithSimd for RhoHats<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { formula, has_highlight, pairs, values } = self;
+        let splat = |value: f64| simd.splat_f64s(value);
+        let [zero, one] = [0.0, 1.0].map(splat);
+        for (pairs, values) in pairs.chunks(LANES).zip(values.chunks_mut(LANES)) {
+            // A pair that is missing in the last four is one of those that are there.
+            let pair = |lane: usize| pairs[lane.min(pairs.len() - 1)];
+            let coordinates = |of: usize| {
+                let vectors: [_; LANES] = std::array::from_fn(|lane| pair(lane)[of].vector());
+                [vectors.map(|v| v.x), vectors.map(|v| v.y), vectors.map(|v| v.z)].map(F64x4)
+            };
+            let (light, view) = (coordinates(0), coordinates(1));
+            let sum: [S::f64s; 3] =
+                std::array::from_fn(|axis| simd.add_f64s(load(simd, &light[axis]), load(simd, &view[axis])));
+            let [x2, y2, z2] = sum.map(|value| simd.mul_f64s(value, value));
+            let across = simd.add_f64s(x2, y2);
+            let length_squared = simd.add_f64s(across, z2);
+            let half = HalfVectors::<S> {
+                light: load(simd, &light[2]),
+                view: simd.max_f64s(load(simd, &view[2]), zero),
+                sin2: simd.div_f64s(across, length_squared),
+                cos2: simd.div_f64s(z2, length_squared),
+                facet: simd.mul_f64s(splat(0.5), simd.sqrt_f64s(length_squared)),
+            };
+            let [of_light, of_view] =
+                [half.light, half.view].map(|cosine| rows(simd, &formula.tables, cosine));
+            let from_grazing = simd.max_f64s(simd.sub_f64s(one, half.facet), zero);
+            let square = simd.mul_f64s(from_grazing, from_grazing);
+            let grazing = simd.mul_f64s(from_grazing, simd.mul_f64s(square, square));
+            let mut coat = zero;
+            if formula.coat > 0.0 {
+                let fresnel = simd.add_f64s(splat(COAT), simd.mul_f64s(splat(1.0 - COAT), grazing));
+                coat = simd.mul_f64s(
+                    simd.mul_f64s(splat(formula.coat), fresnel),
+                    half.ggx(simd, formula.coat_alpha2),
+                );
+            }
+            let mut highlight = zero;
+            if has_highlight {
+                let received = simd.min_f64s(of_light[1], of_view[1]);
+                highlight = simd.mul_f64s(received, half.ggx(simd, formula.alpha2));
+            }
+            let [several, matte] = [2, 3]
+                .map(|column| simd.mul_f64s(simd.mul_f64s(of_light[column], of_view[column]), half.light));
+            let channels = [0, 1, 2].map(|channel| {
+                let rise = splat(formula.f_90 - formula.f_0[channel]);
+                let fresnel = simd.add_f64s(splat(formula.f_0[channel]), simd.mul_f64s(rise, grazing));
+                let facets = simd.add_f64s(coat, simd.mul_f64s(highlight, fresnel));
+                let facets = simd.add_f64s(facets, simd.mul_f64s(splat(formula.multiple[channel]), several));
+                let value = simd.add_f64s(facets, simd.mul_f64s(splat(formula.diffuse[channel]), matte));
+                let mut lanes = F64x4::ZERO;
+                store(simd, value, &mut lanes);
+                lanes.0
+            });
+            let (mut height, mut length) = (F64x4::ZERO, F64x4::ZERO);
+            store(simd, sum[2], &mut height);
+            store(simd, length_squared, &mut length);
+            for (lane, value) in values.iter_mut().enumerate() {
+                // As in `HalfVector::new`.
+                let is_lit = light[2].0[lane] > 0.0 && height.0[lane] > 0.0 && length.0[lane] > 0.0;
+                *value = if is_lit { channels.map(|lanes| lanes[lane]) } else { [0.0; 3] };
+            }
+        }
+    }
+}
+
+/// `Tables::at` of four cosines.
+#[inline(always)]
+fn rows<S: Simd>(simd: S, tables: &Tables, cosine: S::f64s) -> [S::f64s; 4] {
+    let clamped = simd.min_f64s(simd.max_f64s(cosine, simd.splat_f64s(0.0)), simd.splat_f64s(1.0));
+    let mut place = F64x4::ZERO;
+    store(simd, simd.mul_f64s(simd.sqrt_f64s(clamped), simd.splat_f64s(tables.last() as f64)), &mut place);
+    let mut columns = [F64x4::ZERO; 4];
+    for lane in 0..LANES {
+        let (ends, share) = tables.between(place.0[lane]);
+        let [low, high] = ends.map(|end| load(simd, &F64x4(*end)));
+        let row = simd.add_f64s(low, simd.mul_f64s(simd.sub_f64s(high, low), simd.splat_f64s(share)));
+        let mut values = F64x4::ZERO;
+        store(simd, row, &mut values);
+        for column in 0..4 {
+            columns[column].0[lane] = values.0[column];
+        }
+    }
+    [0, 1, 2, 3].map(|column| load(simd, &columns[column]))
+}
+
+impl<S: Simd> HalfVectors<S> {
+    /// As `HalfVector::ggx`.
+    #[inline(always)]
+    fn ggx(&self, simd: S, alpha2: f64) -> S::f64s {
+        let splat = |value: f64| simd.splat_f64s(value);
+        let across = simd.add_f64s(self.sin2, simd.mul_f64s(splat(alpha2), self.cos2));
+        let squared = simd.mul_f64s(simd.mul_f64s(splat(std::f64::consts::PI), across), across);
+        let d = simd.div_f64s(splat(alpha2), squared);
+        let masked = |cosine: S::f64s| {
+            let rest = simd.mul_f64s(simd.mul_f64s(splat(1.0 - alpha2), cosine), cosine);
+            simd.sqrt_f64s(simd.add_f64s(splat(alpha2), rest))
+        };
+        let seen = simd.add_f64s(
+            simd.mul_f64s(self.light, masked(self.view)),
+            simd.mul_f64s(self.view, masked(self.light)),
+        );
+        simd.div_f64s(simd.mul_f64s(simd.mul_f64s(d, splat(0.5)), self.light), seen)
+    }
+}
