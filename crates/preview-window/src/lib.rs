@@ -115,6 +115,7 @@ pub fn open(
 
 fn options(state: &State) -> NativeOptions {
     let mut create = WgpuSetupCreateNew::without_display_handle();
+    create.native_adapter_selector = Some(Arc::new(Gpu::best_adapter));
     create.device_descriptor = Arc::new(Gpu::device_descriptor);
     NativeOptions {
         viewport: ViewportBuilder::default()

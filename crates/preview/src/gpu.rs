@@ -138,6 +138,17 @@ impl Gpu {
         Self::on(Device::new(info, device, queue))
     }
 
+    /// The best of these adapters that draws on the surface and makes a device for [`Gpu::with_device`].
+    ///
+    /// # Errors
+    /// Why none of them does.
+    pub fn best_adapter(
+        adapters: &[wgpu::Adapter],
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<wgpu::Adapter, String> {
+        device::best_for(adapters, surface)
+    }
+
     /// The device to request from an adapter for [`Gpu::with_device`].
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         device::descriptor(adapter)

@@ -59,20 +59,14 @@ impl Device {
         let mut reasons = Vec::new();
         for adapter in adapters() {
             let info = adapter.get_info();
-            let request = || pollster::block_on(adapter.request_device(&descriptor(&adapter)));
-            let device = check_suitable(&adapter).and_then(|()| request().map_err(|error| error.to_string()));
-            match device.map(|(device, queue)| make(Self::new(info.clone(), device, queue))) {
+            match request(&adapter).map(|(device, queue)| make(Self::new(info.clone(), device, queue))) {
                 Ok(Ok(made)) => return Ok(made),
                 // This error names the adapter.
                 Ok(Err(error)) => reasons.push(error.to_string()),
                 Err(reason) => reasons.push(format!("{}: {reason}", name(&info))),
             }
         }
-        Err(RenderError::Device(if reasons.is_empty() {
-            "there is no graphics adapter: install a Vulkan driver, or Mesa's software one".to_owned()
-        } else {
-            format!("no graphics adapter is suitable: {}", reasons.join("; "))
-        }))
+        Err(RenderError::Device(none_of(&reasons)))
     }
 
     /// An existing device, whose handlers of errors and loss are replaced.
@@ -160,6 +154,45 @@ pub(super) fn adapters() -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
     adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
     adapters
+}
+
+/// The best of these adapters that draws on the surface and makes a device: some drivers list an adapter and
+/// then cannot.
+///
+/// # Errors
+/// Why none of them does.
+pub(super) fn best_for(
+    adapters: &[wgpu::Adapter],
+    surface: Option<&wgpu::Surface<'_>>,
+) -> Result<wgpu::Adapter, String> {
+    let mut sorted: Vec<_> = adapters.iter().collect();
+    sorted.sort_by_key(|adapter| rank(&adapter.get_info()));
+    let mut reasons = Vec::new();
+    for adapter in sorted {
+        let made = match surface.is_none_or(|surface| adapter.is_surface_supported(surface)) {
+            true => request(adapter).map(drop),
+            false => Err("it cannot draw on the screen".to_owned()),
+        };
+        match made {
+            Ok(()) => return Ok(adapter.clone()),
+            Err(reason) => reasons.push(format!("{}: {reason}", name(&adapter.get_info()))),
+        }
+    }
+    Err(none_of(&reasons))
+}
+
+/// A device of an adapter that is suitable.
+fn request(adapter: &wgpu::Adapter) -> Result<(wgpu::Device, wgpu::Queue), String> {
+    check_suitable(adapter)?;
+    pollster::block_on(adapter.request_device(&descriptor(adapter))).map_err(|error| error.to_string())
+}
+
+/// The message if no adapter makes a device, for these reasons.
+fn none_of(reasons: &[String]) -> String {
+    match reasons {
+        [] => "there is no graphics adapter: install a Vulkan driver, or Mesa's software one".to_owned(),
+        reasons => format!("no graphics adapter is suitable: {}", reasons.join("; ")),
+    }
 }
 
 /// The device for [`super::Gpu`]: with all limits of the adapter, since maps may be large.
