@@ -294,7 +294,7 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     assert!(form.is_some(), "the file's values are sent");
     assert_eq!(
         others,
-        [format!("toast: saved the material: {}", file.display()), "saved: gold, true".into()]
+        [format!("toast: saved the material: {}", engine::path_text(&file)), "saved: gold, true".into()]
     );
     assert_eq!(fs::read_to_string(&file).unwrap(), GOLD.replace("= 4", "= 9"));
     project.build_only(&["material"]);
