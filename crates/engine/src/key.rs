@@ -18,6 +18,15 @@ impl Digest {
     pub fn of(bytes: &[u8]) -> Self {
         Self(*blake3::hash(bytes).as_bytes())
     }
+
+    /// The digest of parts that follow each other; `None` if one is missing.
+    pub(crate) fn of_parts<'b>(parts: impl IntoIterator<Item = Option<&'b [u8]>>) -> Option<Self> {
+        let mut hasher = blake3::Hasher::new();
+        for part in parts {
+            hasher.update(part?);
+        }
+        Some(Self(*hasher.finalize().as_bytes()))
+    }
 }
 
 impl fmt::Display for Digest {

@@ -201,19 +201,8 @@ impl Environment {
 
     /// This environment with other values of some texels, which must be finite: numbers of texels, in rising
     /// order, and their values.
-    pub(crate) fn replaced(&self, texels: &[(u32, [f32; 3])]) -> Self {
-        let width = self.grid.width;
-        let within = |rows: Range<usize>| {
-            let at = |row: usize| texels.partition_point(|(texel, _)| (*texel as usize) < row * width);
-            &texels[at(rows.start)..at(rows.end)]
-        };
-        let is_affected = |block| !within(CodedRows::rows(self.grid.height, block)).is_empty();
-        let change = |first: usize, pixels: &mut [[f32; 3]]| {
-            for (texel, value) in within(first..first + pixels.len() / width) {
-                pixels[*texel as usize - first * width] = *value;
-            }
-        };
-        Self { grid: self.grid, pixels: self.pixels.clone().changed(is_affected, change) }
+    pub(crate) fn replaced(&self, texels: Vec<(u32, [f32; 3])>) -> Self {
+        Self { grid: self.grid, pixels: self.pixels.clone().replaced(texels) }
     }
 
     /// Radiance in a direction, interpolated bilinearly between the four nearest texels, also across the seam

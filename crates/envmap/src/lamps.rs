@@ -89,7 +89,7 @@ impl Environment {
             .collect();
         lights.sort_by(|a, b| b.0.total_cmp(&a.0));
         Ok(Separated {
-            soft: self.replaced(&texels),
+            soft: self.replaced(texels),
             lights: lights.into_iter().map(|(_, light)| light).collect(),
         })
     }

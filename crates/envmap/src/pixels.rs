@@ -38,7 +38,9 @@ impl CodedRows {
     /// If there are no columns, or the rows are not complete.
     pub fn encode(width: usize, rows: &[[f32; 3]]) -> Self {
         assert!(rows.len().is_multiple_of(width), "whole rows");
-        Self(Arc::new(row_codec::encode(width, rows)))
+        let mut bytes = row_codec::encode(width, rows);
+        bytes.shrink_to_fit();
+        Self(Arc::new(bytes))
     }
 
     /// The block that [`CodedRows::bytes`] gave; `None` if it does not have so many pixels.
@@ -76,6 +78,9 @@ struct Stored {
     height: usize,
     /// The blocks of rows; none if there are only floats.
     blocks: Vec<CodedRows>,
+    /// Pixels in place of those in the blocks, in order: a few lamps would make 32-bit floats of all rows
+    /// beside them.
+    replaced: Vec<(u32, [f32; 3])>,
     whole: OnceLock<Vec<[f32; 3]>>,
 }
 
@@ -83,21 +88,34 @@ impl Pixels {
     /// Floats; there must be at least one column, and only whole rows.
     pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>) -> Self {
         let height = pixels.len() / width;
-        Self(Arc::new(Stored { width, height, blocks: Vec::new(), whole: OnceLock::from(pixels) }))
+        let (blocks, replaced, whole) = (Vec::new(), Vec::new(), OnceLock::from(pixels));
+        Self(Arc::new(Stored { width, height, blocks, replaced, whole }))
     }
 
     /// Blocks, of [`CodedRows::HEIGHT`] rows each but the last.
     pub(crate) fn of_blocks(width: usize, height: usize, blocks: Vec<CodedRows>) -> Self {
-        Self(Arc::new(Stored { width, height, blocks, whole: OnceLock::new() }))
+        Self(Arc::new(Stored { width, height, blocks, replaced: Vec::new(), whole: OnceLock::new() }))
+    }
+
+    /// These pixels with others in some places, which are in order and each once.
+    pub(crate) fn replaced(mut self, others: Vec<(u32, [f32; 3])>) -> Self {
+        if self.0.blocks.is_empty() || !self.0.replaced.is_empty() {
+            let pixels = self.whole_mut();
+            others.into_iter().for_each(|(at, value)| pixels[at as usize] = value);
+            return self;
+        }
+        let Stored { width, height, blocks, .. } = &*self.0;
+        let (width, height, blocks) = (*width, *height, blocks.clone());
+        Self(Arc::new(Stored { width, height, blocks, replaced: others, whole: OnceLock::new() }))
     }
 
     /// All pixels as floats, which are decoded once.
     pub(crate) fn whole(&self) -> &[[f32; 3]] {
-        let Stored { width, height, blocks, whole } = &*self.0;
+        let Stored { width, height, whole, .. } = &*self.0;
         whole.get_or_init(|| {
             let mut pixels = vec![[0.0; 3]; width * height];
             let rows = pixels.par_chunks_mut(width * CodedRows::HEIGHT);
-            rows.zip(blocks).for_each(|(rows, block)| block.decode(*width, rows));
+            rows.enumerate().for_each(|(block, rows)| self.0.decode(block, rows));
             pixels
         })
     }
@@ -107,6 +125,7 @@ impl Pixels {
         self.whole();
         let stored = Arc::make_mut(&mut self.0);
         stored.blocks.clear();
+        stored.replaced.clear();
         stored.whole.get_mut().map_or(&mut [], Vec::as_mut_slice)
     }
 
@@ -117,7 +136,7 @@ impl Pixels {
 
     /// Some rows, which are decoded into `scratch` if they are not there as floats.
     pub(crate) fn rows<'a>(&'a self, rows: Range<usize>, scratch: &'a mut Vec<[f32; 3]>) -> &'a [[f32; 3]] {
-        let Stored { width, height, blocks, whole } = &*self.0;
+        let Stored { width, height, whole, .. } = &*self.0;
         if let Some(whole) = whole.get() {
             return &whole[rows.start * width..rows.end * width];
         }
@@ -128,7 +147,7 @@ impl Pixels {
         let until = (last * CodedRows::HEIGHT).min(*height);
         scratch.resize((until - from) * width, [0.0; 3]);
         let decoded = scratch.chunks_mut(width * CodedRows::HEIGHT);
-        blocks[first..last].iter().zip(decoded).for_each(|(block, rows)| block.decode(*width, rows));
+        (first..last).zip(decoded).for_each(|(block, rows)| self.0.decode(block, rows));
         &scratch[(rows.start - from) * width..(rows.end - from) * width]
     }
 
@@ -163,7 +182,7 @@ impl Pixels {
     /// The blocks of rows, which are encoded if there are only floats.
     pub(crate) fn blocks(&self) -> Vec<CodedRows> {
         if !self.0.blocks.is_empty() {
-            return self.0.blocks.clone();
+            return self.clone().changed(|_| false, |_, _| {}).0.blocks.clone();
         }
         let width = self.0.width;
         unstopped(|stop| self.map_blocks(stop, |_, rows| CodedRows::encode(width, rows)))
@@ -171,7 +190,9 @@ impl Pixels {
 
     /// Whether no value is negative, infinite or NaN, if that is known of the rows of a block.
     pub(crate) fn is_clean(&self, block: usize) -> bool {
+        let is_clean = |value: &f32| (0.0..=f32::MAX).contains(value);
         self.0.blocks.get(block).is_some_and(CodedRows::is_clean)
+            && self.0.replaced_in(block).iter().all(|(_, rgb)| rgb.iter().all(is_clean))
     }
 
     /// These pixels, changed by a function in each block for which it is `wanted`. The function gets the
@@ -189,17 +210,36 @@ impl Pixels {
             return self;
         }
         let changed = |scratch: &mut Vec<_>, (index, block): (usize, &CodedRows)| {
-            if !wanted(index) {
+            let is_wanted = wanted(index);
+            if !is_wanted && self.0.replaced_in(index).is_empty() {
                 return block.clone();
             }
             let rows = CodedRows::rows(height, index);
             scratch.resize(rows.len() * width, [0.0; 3]);
-            block.decode(width, scratch);
-            change(rows.start, scratch);
+            self.0.decode(index, scratch);
+            if is_wanted {
+                change(rows.start, scratch);
+            }
             CodedRows::encode(width, scratch)
         };
         let blocks = self.0.blocks.par_iter().enumerate().map_init(Vec::new, changed).collect();
         Self::of_blocks(width, height, blocks)
+    }
+}
+
+impl Stored {
+    /// The pixels of a block.
+    fn decode(&self, block: usize, rows: &mut [[f32; 3]]) {
+        let Some(coded) = self.blocks.get(block) else { return };
+        coded.decode(self.width, rows);
+        let first = block * CodedRows::HEIGHT * self.width;
+        self.replaced_in(block).iter().for_each(|(at, value)| rows[*at as usize - first] = *value);
+    }
+
+    fn replaced_in(&self, block: usize) -> &[(u32, [f32; 3])] {
+        let rows = CodedRows::rows(self.height, block);
+        let at = |row: usize| self.replaced.partition_point(|(at, _)| (*at as usize) < row * self.width);
+        &self.replaced[at(rows.start)..at(rows.end)]
     }
 }
 
@@ -254,6 +294,30 @@ mod tests {
         assert!(!coded.is_clean(1) && coded.is_clean(0) && !plain.is_clean(0));
         assert_eq!(plain.blocks(), coded.blocks());
         assert_eq!(coded.clone().into_whole(), plain.whole());
+    }
+
+    #[test]
+    fn replaced_pixels_are_read_in_place_of_those_of_the_blocks() {
+        let (width, height) = (3, 100);
+        let plain = Pixels::new(width, (0..width * height).map(|i| [i as f32, 0.5, 0.1]).collect());
+        let coded = Pixels::of_blocks(width, height, plain.blocks());
+        let others = vec![(1, [7.0; 3]), (95, [0.3, 0.2, 0.1]), (96, [-1.0; 3]), (299, [9.0; 3])];
+        let [plain, coded] = [plain, coded].map(|pixels| pixels.replaced(others.clone()));
+        let mut scratch = Vec::new();
+        for rows in [0..1, 31..33, 64..96, 5..100] {
+            let expected = &plain.whole()[rows.start * width..rows.end * width];
+            assert_eq!(coded.rows(rows.clone(), &mut scratch), expected, "{rows:?}");
+        }
+        assert!(coded.0.whole.get().is_none(), "nothing was decoded as a whole");
+        assert!(coded.is_clean(0) && !coded.is_clean(1), "of a negative pixel");
+        assert_eq!(coded.blocks(), plain.blocks());
+        let double = |_, rows: &mut [[f32; 3]]| rows.iter_mut().for_each(|rgb| rgb[0] *= 2.0);
+        let [plain_twice, coded_twice] = [&plain, &coded]
+            .map(|pixels| pixels.clone().changed(|block| block > 0, double).replaced(vec![(1, [1.0; 3])]));
+        assert_eq!(coded_twice.blocks(), plain_twice.blocks());
+        let [plain, coded] =
+            [plain, coded].map(|pixels| pixels.replaced(vec![(0, [3.0; 3]), (96, [2.0; 3])]));
+        assert_eq!(coded.into_whole(), plain.into_whole());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::session::WatchedChanges;
 use super::shared_results::{Description, NamedFiles, ResultDescription, SharedBlobs, action, list};
 use super::up_to_date::UpToDateCheck;
 use crate::cancel::Cancel;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::event::Reason;
 use crate::key::{Digest, ItemKey};
 use crate::kinds::{
@@ -385,7 +385,8 @@ impl RunContext<'_> {
             Ok(output) => output,
             Err(failure) => return Ran { outputs: Err(failure), ..ran },
         };
-        let stored = output.stored().into_iter().map(|bytes| store.put(bytes)).collect::<Result<Vec<_>, _>>();
+        let put = |bytes: &[u8]| store.put_until(bytes, &|| self.cancel.is_cancelled());
+        let stored = output.stored().into_iter().map(put).collect::<Result<Vec<_>, _>>();
         let outputs = stored.map_err(failure_of);
         match output {
             Output::Artifact { value, .. } => Ran { outputs, value: Some(value), ..ran },
@@ -435,7 +436,7 @@ pub(crate) fn failure_of(error: Error) -> Failure {
     Failure {
         chain: error.chain().to_vec(),
         help: error.help().map(str::to_owned),
-        cancelled: false,
+        cancelled: error.kind() == ErrorKind::Cancelled,
         system_error: error.kind().is_of_system(),
     }
 }

@@ -16,7 +16,7 @@ use std::{fmt, fs};
 use serde::{Deserialize, Serialize};
 
 use super::regular::{create_folder, read_file, replace_through};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::event::ItemName;
 use crate::key::Digest;
 use crate::{parallel, platform};
@@ -51,6 +51,14 @@ impl std::ops::Add for Amount {
     fn add(self, other: Self) -> Self {
         Self { count: self.count + other.count, bytes: self.bytes + other.bytes }
     }
+}
+
+/// The bytes of a blob that are hashed or written between two questions whether to stop.
+const AT_ONCE: usize = 1 << 23;
+
+/// The bytes in parts; `None` once `stop` says to stop, but not before the first part.
+fn parts<'b>(bytes: &'b [u8], stop: &'b dyn Fn() -> bool) -> impl Iterator<Item = Option<&'b [u8]>> {
+    bytes.chunks(AT_ONCE).enumerate().map(move |(index, part)| (index == 0 || !stop()).then_some(part))
 }
 
 pub(crate) enum BlobFile {
@@ -145,7 +153,17 @@ impl Store {
     /// # Errors
     /// If the file cannot be written; nothing is left of it then.
     pub(crate) fn put(&self, bytes: &[u8]) -> Result<Blob, Error> {
-        let blob = Blob { digest: Digest::of(bytes), bytes: bytes.len() as u64 };
+        self.put_until(bytes, &|| false)
+    }
+
+    /// [`Store::put`], which asks `stop` after each [`AT_ONCE`] bytes of a larger file.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Cancelled`] if it was stopped, or an error of [`Store::put`].
+    pub(crate) fn put_until(&self, bytes: &[u8], stop: &dyn Fn() -> bool) -> Result<Blob, Error> {
+        let stopped = || Error::new(ErrorKind::Cancelled, "storing a result was stopped");
+        let digest = Digest::of_parts(parts(bytes, stop)).ok_or_else(stopped)?;
+        let blob = Blob { digest, bytes: bytes.len() as u64 };
         if self.has(&blob) {
             return Ok(blob);
         }
@@ -153,8 +171,14 @@ impl Store {
         let temporary = self.temporary_folder().join(format!("{}-{number}", std::process::id()));
         let project = self.folder.parent();
         let place = self.path(blob.digest);
-        let stored = replace_through(&temporary, &place, project, &mut |mut file| file.write_all(bytes));
+        let stored = replace_through(&temporary, &place, project, &mut |mut file| {
+            parts(bytes, stop).try_for_each(|part| match part {
+                Some(part) => file.write_all(part),
+                None => Err(io::ErrorKind::Interrupted.into()),
+            })
+        });
         match stored {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => return Err(stopped()),
             // Another item stored the same bytes, and somebody is reading them.
             Err(_) if self.has(&blob) => return Ok(blob),
             stored => stored.map_err(|error| Error::io(&error, "store a result in", &self.folder))?,
@@ -338,5 +362,24 @@ mod tests {
         assert!(!store.has(&blob), "a crash of the machine may leave an empty file");
         store.put(b"light").unwrap();
         assert_eq!(store.get(blob.digest).unwrap().unwrap(), b"light");
+    }
+
+    #[test]
+    fn a_large_result_that_is_not_wanted_any_more_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::new(folder.path());
+        store.prepare().unwrap();
+        let (large, small) = (vec![1; 3 * AT_ONCE], vec![2; AT_ONCE]);
+        for asked in 0..4_u32 {
+            let left = std::cell::Cell::new(asked);
+            let stop = || left.replace(left.get().saturating_sub(1)) == 0;
+            let error = store.put_until(&large, &stop).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Cancelled);
+            assert!(store.blobs().is_empty(), "{asked}");
+            assert_eq!(fs::read_dir(store.temporary_folder()).unwrap().count(), 0);
+        }
+        let blob = store.put_until(&small, &|| true).unwrap();
+        assert_eq!(blob.digest, Digest::of(&small), "what is stored at once is kept");
+        assert_eq!(store.put(&large).unwrap().digest, Digest::of(&large));
     }
 }

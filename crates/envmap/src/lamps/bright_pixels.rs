@@ -102,7 +102,9 @@ impl BrightPixels {
         })?;
         let mut pixels = found.concat();
         drop(found);
-        pixels.par_sort_by(|a, b| b.radiance().total_cmp(&a.radiance()));
+        stop.check()?;
+        pixels.par_sort_unstable_by(|a, b| b.radiance().total_cmp(&a.radiance()).then(a.pixel.cmp(&b.pixel)));
+        stop.check()?;
         let (rows, columns) = (0..grid.height, 0..grid.width);
         let mut bright = Self {
             grid,
@@ -114,6 +116,7 @@ impl BrightPixels {
             solid_angles: rows.map(|row| grid.solid_angle(row)).collect(),
         };
         bright.squares = bright.in_squares();
+        stop.check()?;
         Ok(bright)
     }
 

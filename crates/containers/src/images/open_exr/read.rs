@@ -40,7 +40,7 @@ use crate::limits;
 
 /// Chunks that are decompressed side by side, at most, and about how many pixels they hold.
 const BATCH: usize = 64;
-const BATCH_PIXELS: usize = 1 << 21;
+const BATCH_PIXELS: usize = 1 << 20;
 
 /// The `envmap` attribute, and what of the sphere the picture shows.
 type OnSphere = (Option<OpenExrEnvmap>, Option<Panorama>);
