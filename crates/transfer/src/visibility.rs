@@ -195,8 +195,8 @@ struct Column {
 }
 
 impl Products {
-    /// The products up to these degrees, which are at most 8: computed once, since integrals take as long as a
-    /// frame.
+    /// The products up to these degrees, which are at most 8: computed once, since integrals take as long as
+    /// a frame.
     fn up_to(output: Degree, input: Degree) -> &'static Self {
         const SIDE: usize = HIGHEST + 1;
         static ALL: [[OnceLock<Products>; SIDE]; SIDE] = [const { [const { OnceLock::new() }; SIDE] }; SIDE];

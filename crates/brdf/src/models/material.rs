@@ -10,7 +10,7 @@
 use sphere::{DVec3, Direction};
 
 use super::lobe::Lobe;
-use super::model::{Model, ModelText};
+use super::model::{Model, ModelText, one_by_one};
 use super::parameter::{ParameterError, Values};
 use super::part::Part;
 use crate::clamped_cosine::ClampedCosine;
@@ -132,9 +132,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.rho_hats(pairs, values),)*
                     Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
-                        for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
-                            *value = self.rho_hat(*incident, *outgoing);
-                        }
+                        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
                     }
                     Self::Layers(layers) => {
                         values.fill([0.0; 3]);
@@ -326,8 +324,8 @@ impl Material {
         sum
     }
 
-    /// [`Material::mean_over_turns`] of many pairs of the incident and the outgoing direction: the same values,
-    /// faster.
+    /// [`Material::mean_over_turns`] of many pairs of the incident and the outgoing direction: the same
+    /// values, faster.
     ///
     /// # Panics
     /// If there are not as many values as pairs.
@@ -336,9 +334,8 @@ impl Material {
             return self.rho_hats(pairs, values);
         }
         assert_eq!(pairs.len(), values.len(), "a value for each pair");
-        for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
-            *value = self.mean_over_turns(turns, *incident, *outgoing);
-        }
+        let mean = |incident, outgoing| self.mean_over_turns(turns, incident, outgoing);
+        one_by_one(mean, pairs, values);
     }
 
     /// The turns of [`Material::mean_over_turns`]: the more, the longer the highlight is for its width. An

@@ -50,12 +50,10 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// otherwise (phong, kajiya-kay). `outgoing` has z >= 0.
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3];
 
-    /// [`Model::rho_hat`] of many pairs of the incident and the outgoing direction: the same values, faster for
-    /// models that compute several at once.
+    /// [`Model::rho_hat`] of many pairs of the incident and the outgoing direction: the same values, faster
+    /// for models that compute several at once.
     fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
-        for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
-            *value = self.rho_hat(*incident, *outgoing);
-        }
+        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
     }
 
     /// Whether a turn about the normal (of surface, light and view together) changes nothing.
@@ -75,6 +73,17 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// and the central direction alone.
     fn radial(&self) -> Option<ClampedCosine> {
         None
+    }
+}
+
+/// Computes a function of the incident and the outgoing direction for each pair of them.
+pub(crate) fn one_by_one(
+    rho_hat: impl Fn(Direction, Direction) -> [f64; 3],
+    pairs: &[[Direction; 2]],
+    values: &mut [[f64; 3]],
+) {
+    for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
+        *value = rho_hat(*incident, *outgoing);
     }
 }
 

@@ -45,7 +45,7 @@ use super::charlie::{Charlie, CharlieConstants, CharlieQuadrature};
 use super::directional_albedo::{Facets, Tables};
 use super::facets::HalfVector;
 use super::lobe::Lobe;
-use super::model::Model;
+use super::model::{Model, one_by_one};
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Values, WEIGHT};
 use super::part::Part;
 use crate::coefficients::Centre;
@@ -468,10 +468,7 @@ without `metallicFactor` the material is a metal, and is imported as one.";
 
     fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
         if self.formula.has_sheen() {
-            for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
-                *value = self.rho_hat(*incident, *outgoing);
-            }
-            return;
+            return one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
         }
         let has_highlight = self.part != Some(Part::Diffuse);
         SimdLevel::detect().run(RhoHats { formula: &self.formula, has_highlight, pairs, values });

@@ -1,5 +1,5 @@
-//! rho_hat of four pairs of directions at once: the same operations in the same order as for one pair, so that
-//! the bits are the same.
+//! rho_hat of four pairs of directions at once: the same operations in the same order as for one pair, so
+//! that the bits are the same.
 
 use pulp::{Simd, WithSimd};
 use sh::f64x4::{F64x4, LANES, load, store};
