@@ -50,7 +50,7 @@ use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Value
 use super::part::Part;
 use crate::coefficients::Centre;
 use crate::packed::{self, packed};
-use vectors::RhoHats;
+use vectors::{Coat, RhoHats};
 
 /// A share of light. Above 1 a material would make light.
 const SHARE: Range = Range { least: 0.0, most: 1.0, words: "a number from 0 to 1" };
@@ -470,8 +470,21 @@ without `metallicFactor` the material is a metal, and is imported as one.";
         if self.formula.has_sheen() {
             return one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
         }
-        let has_highlight = self.part != Some(Part::Diffuse);
-        SimdLevel::detect().run(RhoHats { formula: &self.formula, has_highlight, pairs, values });
+        let &Formula { alpha2, f_0, f_90, coat_alpha2, coat, multiple, diffuse, ref tables, .. } =
+            &*self.formula;
+        let alpha2 = (self.part != Some(Part::Diffuse)).then_some(alpha2);
+        let coat = (coat > 0.0).then_some(Coat { weight: coat, f_0: COAT, alpha2: coat_alpha2 });
+        SimdLevel::detect().run(RhoHats {
+            alpha2,
+            f_0,
+            f_90,
+            coat,
+            multiple,
+            diffuse,
+            tables,
+            pairs,
+            values,
+        });
     }
 
     fn constants(&self) -> StandardConstants {

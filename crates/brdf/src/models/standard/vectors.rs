@@ -5,18 +5,30 @@ use pulp::{Simd, WithSimd};
 use sh::f64x4::{F64x4, LANES, load, store};
 use sphere::Direction;
 
-use super::{COAT, Formula};
 use crate::models::directional_albedo::Tables;
 
-/// The values of a material without sheen.
+/// The values of a material without sheen: its constants are those of the formula, by the same names.
 pub(super) struct RhoHats<'a> {
-    pub(super) formula: &'a Formula,
-    /// Whether the material has the highlight of its base.
-    pub(super) has_highlight: bool,
+    /// alpha^2 of the highlight, if there is one.
+    pub(super) alpha2: Option<f64>,
+    pub(super) f_0: [f64; 3],
+    pub(super) f_90: f64,
+    pub(super) coat: Option<Coat>,
+    pub(super) multiple: [f64; 3],
+    pub(super) diffuse: [f64; 3],
+    pub(super) tables: &'a Tables,
     /// Pairs of the incident and the outgoing direction.
     pub(super) pairs: &'a [[Direction; 2]],
     /// The value of each pair.
     pub(super) values: &'a mut [[f64; 3]],
+}
+
+/// The clear coat, whose F_90 is 1.
+#[derive(Clone, Copy)]
+pub(super) struct Coat {
+    pub(super) weight: f64,
+    pub(super) f_0: f64,
+    pub(super) alpha2: f64,
 }
 
 /// The half vectors of four pairs of light and view.
@@ -34,7 +46,7 @@ impl WithSimd for RhoHats<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { formula, has_highlight, pairs, values } = self;
+        let Self { alpha2, f_0, f_90, coat: coating, multiple, diffuse, tables, pairs, values } = self;
         let splat = |value: f64| simd.splat_f64s(value);
         let [zero, one] = [0.0, 1.0].map(splat);
         for (pairs, values) in pairs.chunks(LANES).zip(values.chunks_mut(LANES)) {
@@ -57,32 +69,28 @@ impl WithSimd for RhoHats<'_> {
                 cos2: simd.div_f64s(z2, length_squared),
                 facet: simd.mul_f64s(splat(0.5), simd.sqrt_f64s(length_squared)),
             };
-            let [of_light, of_view] =
-                [half.light, half.view].map(|cosine| rows(simd, &formula.tables, cosine));
+            let [of_light, of_view] = [half.light, half.view].map(|cosine| rows(simd, tables, cosine));
             let from_grazing = simd.max_f64s(simd.sub_f64s(one, half.facet), zero);
             let square = simd.mul_f64s(from_grazing, from_grazing);
             let grazing = simd.mul_f64s(from_grazing, simd.mul_f64s(square, square));
             let mut coat = zero;
-            if formula.coat > 0.0 {
-                let fresnel = simd.add_f64s(splat(COAT), simd.mul_f64s(splat(1.0 - COAT), grazing));
-                coat = simd.mul_f64s(
-                    simd.mul_f64s(splat(formula.coat), fresnel),
-                    half.ggx(simd, formula.coat_alpha2),
-                );
+            if let Some(Coat { weight, f_0, alpha2 }) = coating {
+                let fresnel = simd.add_f64s(splat(f_0), simd.mul_f64s(splat(1.0 - f_0), grazing));
+                coat = simd.mul_f64s(simd.mul_f64s(splat(weight), fresnel), half.ggx(simd, alpha2));
             }
             let mut highlight = zero;
-            if has_highlight {
+            if let Some(alpha2) = alpha2 {
                 let received = simd.min_f64s(of_light[1], of_view[1]);
-                highlight = simd.mul_f64s(received, half.ggx(simd, formula.alpha2));
+                highlight = simd.mul_f64s(received, half.ggx(simd, alpha2));
             }
             let [several, matte] = [2, 3]
                 .map(|column| simd.mul_f64s(simd.mul_f64s(of_light[column], of_view[column]), half.light));
             let channels = [0, 1, 2].map(|channel| {
-                let rise = splat(formula.f_90 - formula.f_0[channel]);
-                let fresnel = simd.add_f64s(splat(formula.f_0[channel]), simd.mul_f64s(rise, grazing));
+                let rise = splat(f_90 - f_0[channel]);
+                let fresnel = simd.add_f64s(splat(f_0[channel]), simd.mul_f64s(rise, grazing));
                 let facets = simd.add_f64s(coat, simd.mul_f64s(highlight, fresnel));
-                let facets = simd.add_f64s(facets, simd.mul_f64s(splat(formula.multiple[channel]), several));
-                let value = simd.add_f64s(facets, simd.mul_f64s(splat(formula.diffuse[channel]), matte));
+                let facets = simd.add_f64s(facets, simd.mul_f64s(splat(multiple[channel]), several));
+                let value = simd.add_f64s(facets, simd.mul_f64s(splat(diffuse[channel]), matte));
                 let mut lanes = F64x4::ZERO;
                 store(simd, value, &mut lanes);
                 lanes.0
