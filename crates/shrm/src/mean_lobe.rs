@@ -87,16 +87,12 @@ impl MeanLobe {
     fn new(material: &Material, views: &[(Direction, f64)]) -> Self {
         let nodes = Arc::new(Nodes::of_lobe());
         let (centre, turns) = (material.centre(), material.turns());
-        let views: Vec<(SurfaceView, f64)> =
-            views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).collect();
+        let (seen, weights): (Vec<SurfaceView>, Vec<f64>) =
+            views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).unzip();
         let value = |angle: &f64| {
             let incident = Direction::from_angles(*angle, 0.0);
-            let pairs: Vec<_> =
-                views.iter().map(|(view, _)| [view.incident(incident), view.outgoing()]).collect();
-            let mut values = vec![[0.0; 3]; pairs.len()];
-            material.means_over_turns(turns, &pairs, &mut values);
             let mut sum = [0.0; 3];
-            for ((_, weight), rho) in views.iter().zip(values) {
+            for (weight, rho) in weights.iter().zip(material.means_toward(turns, &seen, incident)) {
                 (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
             }
             sum

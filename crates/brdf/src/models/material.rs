@@ -14,7 +14,7 @@ use super::model::{Model, ModelText, one_by_one};
 use super::parameter::{ParameterError, Values};
 use super::part::Part;
 use crate::clamped_cosine::ClampedCosine;
-use crate::coefficients::Centre;
+use crate::coefficients::{Centre, SurfaceView};
 use crate::measured::{Measured, MeasuredConstants};
 use crate::measured_anisotropic::{MeasuredAnisotropic, MeasuredAnisotropicConstants};
 use crate::packed::{Packed, Shape};
@@ -336,6 +336,15 @@ impl Material {
         assert_eq!(pairs.len(), values.len(), "a value for each pair");
         let mean = |incident, outgoing| self.mean_over_turns(turns, incident, outgoing);
         one_by_one(mean, pairs, values);
+    }
+
+    /// [`Material::mean_over_turns`] toward each of these views, of light from one direction in the frame of
+    /// the central direction.
+    pub fn means_toward(&self, turns: usize, views: &[SurfaceView], incident: Direction) -> Vec<[f64; 3]> {
+        let pairs: Vec<_> = views.iter().map(|view| [view.incident(incident), view.outgoing()]).collect();
+        let mut values = vec![[0.0; 3]; pairs.len()];
+        self.means_over_turns(turns, &pairs, &mut values);
+        values
     }
 
     /// The turns of [`Material::mean_over_turns`]: the more, the longer the highlight is for its width. An

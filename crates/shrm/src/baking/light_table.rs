@@ -176,9 +176,7 @@ fn point_table(lamps: &Lamps, views: &ViewGrid, angles: &[f64], azimuths: usize)
     let slice = |angle: &f64| -> Vec<F32x8> {
         let incident = Direction::from_angles(*angle, 0.0);
         let of_azimuth = |seen: &[SurfaceView]| {
-            let pairs: Vec<_> = seen.iter().map(|view| [view.incident(incident), view.outgoing()]).collect();
-            let mut values = vec![[0.0; 3]; pairs.len()];
-            lamps.material.means_over_turns(turns, &pairs, &mut values);
+            let values = lamps.material.means_toward(turns, seen, incident);
             let mut vectors = vec![F32x8::ZERO; (3 * values.len()).div_ceil(LANES)];
             for channel in 0..3 {
                 for (row, value) in values.iter().enumerate() {

@@ -129,10 +129,7 @@ impl PointTable {
             let incident = Direction::from_angles(*angle, 0.0);
             let mut slice = Vec::with_capacity((AZIMUTHS + 1) * 3 * count);
             for seen in seen.chunks_exact(count) {
-                let pairs: Vec<_> =
-                    seen.iter().map(|view| [view.incident(incident), view.outgoing()]).collect();
-                let mut values = vec![[0.0; 3]; pairs.len()];
-                material.means_over_turns(turns, &pairs, &mut values);
+                let values = material.means_toward(turns, seen, incident);
                 (0..3).for_each(|channel| slice.extend(values.iter().map(|value| value[channel] as f32)));
             }
             slice
