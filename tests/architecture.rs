@@ -236,6 +236,31 @@ fn uses_of_crates() -> BTreeMap<String, BTreeSet<String>> {
     packages.iter().map(|package| (text(&package["name"]), uses(package))).collect()
 }
 
+/// CI checks `research` with `--locked`, late, which fails if its lock file lacks a dependency of ours.
+#[test]
+fn the_lock_of_research_knows_the_dependencies_of_our_crates() {
+    let read = |path: PathBuf| fs::read_to_string(path).ok().map(|text| text.parse::<toml::Table>().unwrap());
+    let lock = read(root().join("research/Cargo.lock")).unwrap();
+    let mut checked = 0;
+    for package in lock["package"].as_array().unwrap() {
+        let name = package["name"].as_str().unwrap();
+        let Some(manifest) = read(root().join("crates").join(name).join("Cargo.toml")) else { continue };
+        let known = package.get("dependencies").and_then(toml::Value::as_array).into_iter().flatten();
+        let known: Vec<&str> = known.map(|of| of.as_str().unwrap().split(' ').next().unwrap()).collect();
+        for (dependency, of) in
+            manifest.get("dependencies").and_then(toml::Value::as_table).into_iter().flatten()
+        {
+            let is_known = of.get("optional").is_some() || known.contains(&dependency.as_str());
+            assert!(
+                is_known,
+                "{name} needs {dependency}: `cargo metadata --offline` in research/ writes its lock"
+            );
+            checked += 1;
+        }
+    }
+    assert!(checked > 50, "{checked} dependencies");
+}
+
 #[test]
 fn the_map_says_what_each_crate_uses() {
     let map = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();

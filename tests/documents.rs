@@ -114,6 +114,48 @@ fn programs_of_research_are_listed_and_those_that_documents_name_exist() {
     assert!(named >= 2, "{named} commands were found");
 }
 
+/// A command with a target that needs features names them: without them Cargo refuses it.
+#[test]
+fn programs_and_benchmarks_that_documents_name_exist_and_have_the_features_that_they_need() {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1", "--locked", "--offline"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let mut named = 0;
+    for document in documents() {
+        let text = read(&document);
+        let commands = text.split(['`', '\n']).filter(|command| command.trim().starts_with("cargo "));
+        for command in commands.filter(|command| !command.contains("--manifest-path")) {
+            let words: Vec<&str> = command.split_whitespace().collect();
+            let after = |option: &str| words.windows(2).find(|pair| pair[0] == option).map(|pair| pair[1]);
+            let (Some(krate), Some((kind, name))) = (
+                after("-p"),
+                ["bin", "bench", "test", "example"]
+                    .iter()
+                    .find_map(|kind| after(&format!("--{kind}")).map(|name| (kind, name))),
+            ) else {
+                continue;
+            };
+            let package = packages.iter().find(|package| package["name"] == krate);
+            let targets = package.map(|package| package["targets"].as_array().unwrap());
+            let target = targets.into_iter().flatten().find(|target| {
+                target["name"] == name && target["kind"].as_array().unwrap().iter().any(|of| of == kind)
+            });
+            let target = target.unwrap_or_else(|| panic!("{document}: {command}: there is no such target"));
+            let features: Vec<&str> =
+                after("--features").map_or(Vec::new(), |list| list.split(',').collect());
+            for needed in target["required-features"].as_array().into_iter().flatten() {
+                assert!(features.iter().any(|feature| needed == feature), "{document}: {command}: {needed}");
+            }
+            named += 1;
+        }
+    }
+    assert!(named >= 10, "{named} commands were found");
+}
+
 #[test]
 fn help_lists_the_exit_codes() {
     let output = Command::new(env!("CARGO_BIN_EXE_specula")).arg("--help").output().unwrap();

@@ -21,6 +21,7 @@ mod killed_watching;
 mod manifest_errors;
 mod many_failures;
 mod preview;
+mod preview_page;
 #[cfg(all(target_os = "linux", feature = "window"))]
 mod preview_window;
 #[cfg(unix)]

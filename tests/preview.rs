@@ -1,20 +1,17 @@
-//! `specula preview` without a window: stills, errors, and the still that replaces the window without a
-//! display.
+//! `specula preview` without a window: stills and errors.
 
-use std::io::{BufRead, BufReader};
+use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-use std::{fs, thread};
 
 use ::preview::{InitialView, Light, Look, Object, Scene};
 use envmap::{Environment, Layout, srgb_decode, to_srgb8};
 
-use crate::support::{Project, Run, TIMEOUT, assert_has};
+use crate::support::{Project, Run, assert_has};
 
 /// Two materials under one environment, small enough to be built and drawn in a moment.
-const TWO_MATERIALS: &str = r#"
+pub(crate) const TWO_MATERIALS: &str = r#"
 schema = 1
 [stage]
 environment = { kind = "import-environment", source = "assets/environments/studio.exr", resolution = 32 }
@@ -26,17 +23,17 @@ map = { kind = "export-shrm", input = "reflection", resolution = 16 }
 "#;
 
 /// A photograph, and the light for an engine that is made of it.
-const PHOTOGRAPH: &str = r#"
+pub(crate) const PHOTOGRAPH: &str = r#"
 schema = 1
 [stage]
 environment = { kind = "import-environment", source = "assets/environments/studio.exr", resolution = 64 }
 light = { kind = "export-engine", input = "environment", resolution = 64, path = "{environment}/three" }
 "#;
 
-const GOLD: &str = "assets/materials/gold.toml";
+pub(crate) const GOLD: &str = "assets/materials/gold.toml";
 
 /// Runs the binary without a display, as on a server.
-fn headless(project: &Project, arguments: &[&str]) -> Command {
+pub(crate) fn headless(project: &Project, arguments: &[&str]) -> Command {
     let mut command = project.command(arguments);
     for name in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
         command.env_remove(name);
@@ -247,95 +244,4 @@ fn a_still_that_cannot_be_written_is_a_system_error() {
     project.write("taken", "a file");
     run(&project, &["preview", "--still", "taken/gold.png", "--size", "8x8"])
         .ends(4, ["cannot write taken/gold.png"]);
-}
-
-#[cfg(not(feature = "window"))]
-#[test]
-fn a_build_without_the_window_draws_a_still_and_says_how_to_get_a_window() {
-    let project = Project::new(TWO_MATERIALS);
-    let ended = run(&project, &["preview", "--item", "material=satin"])
-        .ends(0, ["preview.png: satin under studio on sphere"]);
-    let hint = "`cargo install --path crates/cli --features window` opens a window";
-    assert_eq!(ended.stderr.lines().last(), Some(hint), "{}", ended.stderr);
-    let (width, pixels) = pixels(&project.path(".specula/preview.png"));
-    assert_eq!((width, pixels.len()), (1280, 1280 * 720));
-}
-
-#[cfg(all(target_os = "linux", feature = "window"))]
-#[test]
-fn without_a_display_a_still_replaces_the_window() {
-    let project = Project::new(TWO_MATERIALS);
-    let ended = run(&project, &["preview", "--item", "material=satin"]);
-    assert_eq!(ended.code, Some(4), "{}", ended.stderr);
-    assert!(
-        ended.stderr.contains("error: cannot open a window: no display: neither WAYLAND_DISPLAY"),
-        "{}",
-        ended.stderr
-    );
-    let (width, pixels) = pixels(&project.path(".specula/preview.png"));
-    assert_eq!((width, pixels.len()), (1280, 1280 * 720));
-    assert!(project.path("out").exists(), "it built everything, as a watcher does");
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn without_a_display_watching_goes_on_and_the_still_follows_the_files() {
-    follows(TWO_MATERIALS, "gold under studio on sphere", |project| {
-        project.write(GOLD, "model = \"phong\"\nexponent = 4\nspecular = [0.1, 0.1, 1.0]\n");
-    });
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn the_still_of_a_photograph_alone_follows_it() {
-    follows(PHOTOGRAPH, "white metal under studio on sphere, prefiltered", |project| {
-        let [other, studio] =
-            ["sky", "studio"].map(|name| project.path(&format!("assets/environments/{name}.exr")));
-        fs::copy(other, studio).unwrap();
-    });
-}
-
-/// Watches a manifest without a display. The still says this of what it shows; after a change of the files it
-/// is another picture.
-#[cfg(target_os = "linux")]
-fn follows(manifest: &str, shown: &str, change: impl Fn(&Project)) {
-    let project = Project::new(manifest);
-    let mut command = headless(&project, &["watch", "--preview"]);
-    let mut watcher = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    let lines = BufReader::new(watcher.stderr.take().unwrap()).lines().map_while(Result::ok);
-    let (sender, received) = std::sync::mpsc::channel();
-    thread::spawn(move || lines.for_each(|line| _ = sender.send(line)));
-    let mut output = String::new();
-    let mut wait = |word: &str, times: usize| {
-        let deadline = Instant::now() + TIMEOUT;
-        while output.matches(word).count() < times {
-            let left = deadline.saturating_duration_since(Instant::now());
-            let Ok(line) = received.recv_timeout(left) else { panic!("no {word:?} but\n{output}") };
-            output += &(line + "\n");
-        }
-    };
-    let drawn = &format!("preview.png: {shown}");
-    let reason =
-        if cfg!(feature = "window") { "cannot open a window" } else { "--features window` opens a window" };
-    wait(reason, 1);
-    wait(drawn, 1);
-    wait("listening to", 1);
-    let before = fs::read(project.path(".specula/preview.png")).unwrap();
-    change(&project);
-    wait(drawn, 2);
-    assert!(fs::read(project.path(".specula/preview.png")).unwrap() != before, "the picture has changed");
-    let killed = Command::new("kill").args(["-INT", &watcher.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let deadline = Instant::now() + TIMEOUT;
-    let code = loop {
-        if let Some(status) = watcher.try_wait().unwrap() {
-            break status.code();
-        }
-        if Instant::now() > deadline {
-            watcher.kill().unwrap();
-            panic!("it did not end");
-        }
-        thread::sleep(Duration::from_millis(20));
-    };
-    assert_eq!(code, Some(0), "Ctrl-C is how watching ends");
 }

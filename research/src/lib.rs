@@ -5,4 +5,5 @@ pub mod compact_tables;
 pub mod default_errors;
 pub mod paper;
 pub mod sampling_figures;
+pub mod turns;
 pub mod worker_simulation;

@@ -78,17 +78,22 @@ pub const VIEWS: usize = 10;
 pub const TABLE5_EPSILON: f64 = 0.03;
 
 /// A lighting without dark or constant parts: slow waves, fast ones and a sun.
-pub fn environment() -> Environment {
+pub fn environment(grid: LatLong) -> Environment {
     let sun = Direction::from_angles(0.7, 1.0);
-    let pixels = (0..GRID.len()).map(|texel| {
-        let w = GRID.direction(texel / GRID.width, texel % GRID.width);
+    let pixels = (0..grid.len()).map(|texel| {
+        let w = grid.direction(texel / grid.width, texel % grid.width);
         let v = w.vector();
         let waves = (9.0 * v.x + 4.0 * v.y).sin() * (7.0 * v.z).cos();
         let sun = 40.0 * (200.0 * (w.dot(sun) - 1.0)).exp();
         [1.2 + 0.5 * v.z + sun, 1.1 + 0.3 * waves + sun, 1.3 + 0.4 * waves * v.x + 0.8 * sun]
             .map(|value| value as f32)
     });
-    Environment::new(GRID, pixels.collect()).expect("128 x 128 finite values")
+    Environment::new(grid, pixels.collect()).expect("finite values")
+}
+
+/// F for Phong with exponent `s` [RH02, sec. 7.4]: 1 + sqrt(6 s), rounded down.
+pub fn phong_degree(s: usize) -> usize {
+    1 + (6.0 * s as f64).sqrt() as usize
 }
 
 /// One row of table 4, prepared.
@@ -100,14 +105,19 @@ pub struct Table4 {
 }
 
 impl Table4 {
-    /// Phong with exponent `s`: F = 1 + sqrt(6 s), rounded down.
+    /// Phong with exponent `s`, of degree [`phong_degree`]: up to 640, whose degree 128 columns hold.
     pub fn new(s: usize) -> Self {
-        let environment = environment();
+        let environment = environment(GRID);
         let material = material("phong", "exponent", s as f64);
         let reference = Reference::at_centres(&environment, &material, cull());
-        let degree = Degree::new(1 + (6.0 * s as f64).sqrt() as usize).expect("57 at most");
-        let transform = Transform::new(GRID, degree).expect("128 rows hold degree 57");
+        let degree = Degree::new(phong_degree(s)).expect("a degree");
+        let transform = Transform::new(GRID, degree).expect("128 columns hold degree 63");
         Self { environment, material, reference, transform }
+    }
+
+    /// W, the part of the sphere that the angular side sums over.
+    pub fn width(&self) -> f64 {
+        self.reference.width()
     }
 
     /// F.
@@ -142,7 +152,7 @@ pub struct Table5 {
 impl Table5 {
     /// The microfacet model of width `sigma`.
     pub fn new(sigma: f64) -> Self {
-        let environment = environment();
+        let environment = environment(GRID);
         let material = material("microfacet", "sigma", sigma);
         let reference = Reference::at_centres(&environment, &material, cull());
         let brdf = coefficients(&material);
@@ -181,12 +191,13 @@ fn coefficients(material: &Material) -> BrdfCoefficients {
     project(material, Choice::Tolerance(tolerance), Stop::NEVER).expect("the lobe is wide").coefficients
 }
 
-fn cull() -> Cull {
+/// What the angular side leaves out: [`ANGULAR_EPSILON`].
+pub fn cull() -> Cull {
     Cull::Energy(Tolerance::new(ANGULAR_EPSILON).expect("between 0 and 1"))
 }
 
 /// A material of which one parameter is given; the others have their defaults.
-fn material(name: &str, parameter: &'static str, value: f64) -> Material {
+pub fn material(name: &str, parameter: &'static str, value: f64) -> Material {
     let model = MODELS.iter().find(|model| model.name == name).expect("a model of this name");
     let mut values = Values::default();
     for parameter in model.parameters {
@@ -199,10 +210,10 @@ fn material(name: &str, parameter: &'static str, value: f64) -> Material {
 }
 
 /// RMS of the difference of two maps over RMS of the second, texels weighted by solid angle.
-pub fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
+pub fn difference(grid: LatLong, a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     let (mut lost, mut whole) = (0.0, 0.0);
     for (texel, (a, b)) in a.iter().zip(b).enumerate() {
-        let weight = GRID.solid_angle(texel / GRID.width % GRID.height);
+        let weight = grid.solid_angle(texel / grid.width);
         for channel in 0..3 {
             lost += weight * f64::from(a[channel] - b[channel]).powi(2);
             whole += weight * f64::from(b[channel]).powi(2);
@@ -220,7 +231,7 @@ mod tests {
     fn both_sides_of_table_4_make_the_same_map() {
         for row in [TABLE4[0], TABLE4[3], TABLE4[6]] {
             let case = Table4::new(row.s);
-            let difference = difference(&case.angular(), &case.frequency());
+            let difference = difference(GRID, &case.angular(), &case.frequency());
             assert!(difference < 0.06, "s = {}: {difference}", row.s);
         }
     }
@@ -234,7 +245,7 @@ mod tests {
             let maps = case.maps(&case.shrm());
             for view in [4, 27, 61] {
                 let angular = case.angular(maps.views().directions()[view]);
-                let difference = difference(&angular, maps.map(view));
+                let difference = difference(GRID, &angular, maps.map(view));
                 assert!(difference < 0.1, "sigma = {}, view {view}: {difference}", row.sigma);
             }
             for (found, paper) in case.degrees().into_iter().zip(row.degrees) {

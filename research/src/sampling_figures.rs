@@ -10,7 +10,6 @@
 //! | [`speeds`] | points a second against coefficients |
 
 pub mod equal_size;
-mod haar;
 pub mod phong;
 pub mod picture;
 pub mod products;

@@ -10,6 +10,9 @@ import { fileURLToPath } from 'url';
 const here = path.dirname( fileURLToPath( import.meta.url ) );
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript' };
 
+/** What drives browsers, from the packages of this directory. */
+export const puppeteer = () => createRequire( path.resolve( 'package.json' ) )( 'puppeteer-core' );
+
 /** Serves pages from here, packages from this directory, and the files and exports of `folder`. */
 export async function openBrowser( folder, executablePath ) {
 
@@ -25,10 +28,9 @@ export async function openBrowser( folder, executablePath ) {
 
 	} ).listen( 0, '127.0.0.1' );
 	await new Promise( ( done ) => server.once( 'listening', done ) );
-	const puppeteer = createRequire( path.resolve( 'package.json' ) )( 'puppeteer-core' );
 	// Chromium's own software, and not the Vulkan driver that tests of Specula are given: with that, pages stand still.
 	const { VK_DRIVER_FILES, VK_ICD_FILENAMES, ...env } = process.env;
-	const browser = await puppeteer.launch( { executablePath, env, args: [
+	const browser = await puppeteer().launch( { executablePath, env, protocolTimeout: 1200000, args: [
 		'--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
 		'--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader',
 	] } );

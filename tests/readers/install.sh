@@ -43,6 +43,11 @@ for tool in glslangValidator:glslang-tools matc:libfilament-tools; do
         apt-get install -y -q --no-install-recommends "${tool#*:}" >/dev/null 2>&1 || true
     fi
 done
+# Firefox has WebGL on a screen only, which Xvfb is without a device; Mesa is its graphics device in software.
+if ! command -v firefox-esr >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e firefox-esr ]; then
+    touch firefox-esr
+    apt-get install -y -q --no-install-recommends firefox-esr libegl1 libgl1 libgl1-mesa-dri xvfb >/dev/null 2>&1 || true
+fi
 browser() { command -v chromium || command -v chromium-browser || command -v google-chrome || true; }
 if [ -z "$(browser)" ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null && [ ! -e chromium ]; then
     touch chromium

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Reads what Specula writes with the readers of other programs, by values: a table of readers and files with the largest
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
-# The layout of pages is measured in a browser, pages.mjs. Skies are shown there, sky.html, meshes are relit, relight.html,
-# and compact maps are drawn with, three.html and babylon.html; screenshots lie in target/readers/files/relight and taps.
+# The layout of pages is measured in a browser, pages.mjs, and a live page compared with stills, page.mjs, also when it is
+# served, live.mjs, and in Firefox, firefox.mjs. Skies are shown there, sky.html, meshes are relit, relight.html, and compact
+# maps are drawn with, three.html and babylon.html; screenshots lie in target/readers/files/relight and taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian (install.sh).
 set -euo pipefail
@@ -101,11 +102,22 @@ cp sun.hdr pages/environments/a_small_sun_over_an_uneven_sky_4k.hdr
 cp plastic.toml pages/materials/
 cp taps/materials/brushed.toml pages/materials/brushed-metal-with-a-name-that-is-long.toml
 "$specula" -C pages build --timings=timings >pages/build.log 2>&1 || { cat pages/build.log; exit 1; }
+# A live page, and stills of what it draws.
+mkdir -p page/environments page/materials
+cp "$here/page.toml" page/pipeline.toml
+cp "$assets/sky.exr" page/environments/
+cp taps/materials/copper.toml plastic.toml page/materials/
+"$specula" -C page build >page/build.log 2>&1 || { cat page/build.log; exit 1; }
 "$specula" -C taps build --verbose >taps/build.log 2>&1 || { cat taps/build.log; exit 1; }
 cd ..
 
 : > results
 py/bin/python "$here/readers.py" files >> results || echo "readers.py	ended early	WRONG" >> results
+if command -v glslangValidator >/dev/null; then
+    "$here/inspect.sh" "$specula" files/out/shrm-{array,cubes,components}.ktx2 >> results || echo "inspect.sh	ended early	WRONG" >> results
+else
+    skip "shaders of maps" "no glslangValidator"
+fi
 if [ -d node_modules/gltf-validator ]; then
     node "$here/gltf.mjs" files/gltf >> results || echo "gltf.mjs	ended early	WRONG" >> results
 fi
@@ -119,6 +131,13 @@ if [ -d node_modules/three ]; then
         node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
         node "$here/relight.mjs" files/relight "$chromium" "$here/../../docs/relighting.md" >> results || echo "relight.mjs	ended early	WRONG" >> results
         node "$here/pages.mjs" files "$chromium" >> results || echo "pages.mjs	ended early	WRONG" >> results
+        node "$here/page.mjs" files "$chromium" >> results || echo "page.mjs	ended early	WRONG" >> results
+        if command -v firefox-esr >/dev/null && command -v Xvfb >/dev/null; then
+            node "$here/firefox.mjs" files "$(command -v firefox-esr)" >> results || echo "firefox.mjs	ended early	WRONG" >> results
+        else
+            skip "a page in Firefox" "no firefox-esr or no Xvfb"
+        fi
+        node "$here/live.mjs" files "$chromium" "$specula" >> results || echo "live.mjs	ended early	WRONG" >> results
         node "$here/taps.mjs" files/taps "$chromium" >> results || echo "taps.mjs	ended early	WRONG" >> results
         if command -v glslangValidator >/dev/null && command -v naga >/dev/null; then
             node "$here/shaders.mjs" files/taps "$chromium" >> results || echo "shaders.mjs	ended early	WRONG" >> results

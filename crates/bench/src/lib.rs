@@ -3,6 +3,8 @@
 //! The benchmarks of one crate are in that crate. `cargo run --release -p bench --bin watch-latency` prints
 //! how long a save takes until its maps are published, with given degrees and with defaults, `--bin
 //! stop-latency` how soon items stop that are cancelled, and, with the feature `gpu`, `--bin
-//! preview-frame-times` how long the preview takes for a frame.
+//! preview-frame-times` how long the preview takes for a frame, and `--bin shading-rates` how many frames a
+//! second are shaded with BRDF tables.
 
+pub mod frames;
 pub mod latency;

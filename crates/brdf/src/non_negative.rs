@@ -11,23 +11,28 @@
 //! found by [`sh::exchange`], as those of [`sh::nearest_non_negative`]. If the mean is kept, what is
 //! reflected in total stays.
 //!
-//! Valleys are found on a grid with six samples on the shortest wave of each angle ([`sh::minimum`]), and
-//! followed to their bottom by Newton's method. Beyond a pole, theta goes on: f_lq(-theta) = (-1)^q
-//! f_lq(theta).
+//! Valleys are followed to their bottom by Newton's method, from places of a grid with six samples on the
+//! shortest wave of each angle. The nearest function touches zero on the floors of long valleys, which are
+//! steep across the grid: along one floor there may be several bottoms that differ by 1e-4 of the largest
+//! value, and places of the grid are too far from the floor to tell them apart. So the places that are the
+//! lowest among their neighbours, and the bottoms found before, are followed first. If no bottom is below
+//! zero any more, every place is followed in whose cell of the grid a bottom can be. It is at most half a
+//! step away along each angle, together 3 * 30 degrees of a wave, over which a function between 0 and M that
+//! touches 0 rises to at most M / 2 (1 - cos(90 degrees)) (M. Riesz): higher places need not be followed.
+//! Beyond a pole, theta goes on: f_lq(-theta) = (-1)^q f_lq(theta).
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use sh::exchange::{Exchange, NoneNear, ROUNDS};
-use sh::{Basis, Mean, Stop, Stopped};
-use sphere::Direction;
+use sh::{Basis, Degree, Mean, Stop, Stopped};
 
 use crate::BrdfCoefficients;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// The most unknowns x_lpq: those of degrees [30, 8] and of [23, 10] are fewer.
 pub const MOST_UNKNOWNS: usize = 1500;
@@ -94,7 +99,7 @@ pub fn unknowns(f: usize, p: usize) -> usize {
 /// every few milliseconds, on every thread.
 ///
 /// Accuracy: the function is lifted by at most 1e-6 of the largest value, and is then 0 or more everywhere,
-/// to 1e-9 of that, if 100 exchanges suffice. Its distance from the one given is the least to about 1e-5 of
+/// to 1e-8 of that, if 100 exchanges suffice. Its distance from the one given is the least to about 1e-5 of
 /// the norm, and so its coefficients are those of the nearest to about 1e-3 of it; tests compare with
 /// [`sh::nearest_non_negative`]. A black channel stays black. The result does not depend on the number of
 /// threads.
@@ -159,7 +164,8 @@ fn nearest(
     stop: Stop<'_>,
 ) -> Result<Channel, NearestBrdfError> {
     let none_near = |none| NearestBrdfError::of(channel, none);
-    let (mut bottoms, largest) = search.bottoms(x, stop)?;
+    let mut starts = Starts::Lowest;
+    let (mut bottoms, largest) = search.bottoms(x, starts, &[], stop)?;
     let least = |bottoms: &[Bottom]| bottoms.first().map_or(0.0, |bottom| bottom.value);
     let before = least(&bottoms);
     // The first unknown is x_000, and Y_00^2 is 1 / (4 pi).
@@ -167,10 +173,15 @@ fn nearest(
     for _ in 0..ROUNDS {
         stop.check()?;
         let rows = bottoms.iter().map(|bottom| (bottom.value, search.row(bottom.place)));
-        if !exchange.add(rows, stop)? {
-            break;
-        }
-        bottoms = search.bottoms(exchange.coefficients(), stop)?.0;
+        starts = match (exchange.add(rows, stop)?, starts) {
+            (true, _) => Starts::Lowest,
+            (false, Starts::Lowest) => Starts::All,
+            (false, Starts::All) => break,
+        };
+        bottoms = search.bottoms(exchange.coefficients(), starts, &bottoms, stop)?.0;
+    }
+    if starts == Starts::Lowest {
+        bottoms = search.bottoms(exchange.coefficients(), Starts::All, &bottoms, stop)?.0;
     }
     let found = exchange.finish(least(&bottoms)).map_err(none_near)?;
     Ok(Channel { x: found.coefficients, before, after: found.least })
@@ -178,6 +189,22 @@ fn nearest(
 
 /// theta_i, theta_o and the azimuth between both directions.
 type Place = [f64; 3];
+
+/// Samples of an angle for each degree, and one more: six on the shortest wave.
+const SAMPLES: usize = 3;
+
+/// Bottoms nearer to each other than this, in steps of the grid, are one.
+const MERGED_WITHIN: f64 = 0.1;
+
+/// The places of the grid from which valleys are followed.
+#[derive(Clone, Copy, PartialEq)]
+enum Starts {
+    /// The places of the grid that are the lowest among their neighbours, and the bottoms that were found
+    /// before.
+    Lowest,
+    /// All places of the grid that are low enough for a bottom beside them.
+    All,
+}
 
 /// The bottom of a valley.
 #[derive(Clone, Copy)]
@@ -192,6 +219,9 @@ struct Term {
     p: usize,
     q: usize,
     root: f64,
+    /// The places of f_lq and f_pq in [`harmonics`].
+    incident: usize,
+    outgoing: usize,
 }
 
 /// The unknowns of one pair of degrees, and a grid of places.
@@ -210,17 +240,27 @@ struct Search {
 
 impl Search {
     fn new(coefficients: &BrdfCoefficients) -> Self {
+        Self::with_samples(coefficients, SAMPLES)
+    }
+
+    /// A search on a grid with so many samples for each degree, and one more, of each angle.
+    fn with_samples(coefficients: &BrdfCoefficients, samples: usize) -> Self {
         let (f, p) = (coefficients.f(), coefficients.p());
         let mut terms = Vec::new();
+        // Column after column of q.
+        let index =
+            |top: Degree, l: usize, q: usize| q * (top.get() + 1) - q * q.saturating_sub(1) / 2 + l - q;
         for l in 0..=f.get() {
             for p in 0..=p.get() {
                 for q in 0..=l.min(p) {
-                    terms.push(Term { l, p, q, root: if q == 0 { 1.0 } else { 2f64.sqrt() } });
+                    let root = if q == 0 { 1.0 } else { 2f64.sqrt() };
+                    let (incident, outgoing) = (index(coefficients.f(), l, q), index(coefficients.p(), p, q));
+                    terms.push(Term { l, p, q, root, incident, outgoing });
                 }
             }
         }
-        let turns = 3 * (f.min(p).get() + 1) + 1;
-        let counts = [3 * (f.get() + 1), 3 * (p.get() + 1), turns];
+        let turns = samples * (f.min(p).get() + 1) + 1;
+        let counts = [samples * (f.get() + 1), samples * (p.get() + 1), turns];
         let spacing = [PI / counts[0] as f64, PI / counts[1] as f64, PI / (turns - 1) as f64];
         let (incident, outgoing) = (Basis::new(f), Basis::new(p));
         let rows = |basis: &Basis, axis: usize| {
@@ -241,9 +281,8 @@ impl Search {
         let (incident, outgoing) = (harmonics(&self.incident, theta_i), harmonics(&self.outgoing, theta_o));
         let turns: Vec<f64> =
             (0..=self.terms.last().map_or(0, |term| term.q)).map(|q| math::cos(q as f64 * phi)).collect();
-        let value = |Term { l, p, q, root }: &Term| {
-            incident[l * l + l + q] * outgoing[p * p + p + q] * turns[*q] / root
-        };
+        let value =
+            |term: &Term| incident[term.incident] * outgoing[term.outgoing] * turns[term.q] / term.root;
         self.terms.iter().map(value).collect()
     }
 
@@ -251,26 +290,83 @@ impl Search {
         self.row(place).iter().zip(x).map(|(row, x)| row * x).sum()
     }
 
-    /// The bottom of every valley, as far as it may be below zero, lowest first; and the largest value on the
-    /// grid. `stop` is asked for each valley.
-    fn bottoms(&self, x: &[f64], stop: Stop<'_>) -> Result<(Vec<Bottom>, f64), Stopped> {
+    /// The bottoms to which some places lead, lowest first, at most twice as many as there are unknowns: more
+    /// cannot hold the nearest function; and the largest value on the grid. `stop` is asked for each place.
+    fn bottoms(
+        &self,
+        x: &[f64],
+        starts: Starts,
+        known: &[Bottom],
+        stop: Stop<'_>,
+    ) -> Result<(Vec<Bottom>, f64), Stopped> {
         let values = self.grid(x);
         let size = values.iter().map(|value| value.abs()).fold(0.0, f64::max);
         let [_, outgoing, turns] = self.counts;
         let bottoms: Result<Vec<Bottom>, Stopped> = (0..values.len())
             .into_par_iter()
-            .filter(|&i| values[i] < size / 3.0 && self.is_lowest(&values, i))
+            .filter(|&i| values[i] < size / 2.0 && (starts == Starts::All || self.is_lowest(&values, i)))
             .map(|i| {
                 let [a, b, c] = [i / (outgoing * turns), i / turns % outgoing, i % turns];
                 let [si, so, sphi] = self.spacing;
                 let place = [(a as f64 + 0.5) * si, (b as f64 + 0.5) * so, c as f64 * sphi];
-                let start = Bottom { value: values[i], place };
-                stop.check().map(|()| self.descend(x, start))
+                Bottom { value: values[i], place }
             })
+            .chain(known.par_iter().map(|bottom| Bottom { value: self.value(x, bottom.place), ..*bottom }))
+            .map(|start| stop.check().map(|()| self.descend(x, start, size)))
             .collect();
         let mut bottoms = bottoms?;
         bottoms.sort_by(|a, b| a.value.total_cmp(&b.value));
-        Ok((bottoms, values.into_iter().fold(f64::NEG_INFINITY, f64::max)))
+        Ok((self.distinct(bottoms), values.into_iter().fold(f64::NEG_INFINITY, f64::max)))
+    }
+
+    /// The lowest of the bottoms that are one, in the order given.
+    fn distinct(&self, bottoms: Vec<Bottom>) -> Vec<Bottom> {
+        let mut distinct: Vec<Bottom> = Vec::new();
+        for bottom in bottoms {
+            let is_near = |other: &Bottom| {
+                (0..3).all(|axis| {
+                    (bottom.place[axis] - other.place[axis]).abs() < MERGED_WITHIN * self.spacing[axis]
+                })
+            };
+            if distinct.len() == 2 * self.terms.len() {
+                break;
+            }
+            if !distinct.iter().any(is_near) {
+                distinct.push(bottom);
+            }
+        }
+        distinct
+    }
+
+    /// The values at the 27 places a step of h on either side along each angle, [theta_i, theta_o, phi].
+    fn stencil(&self, x: &[f64], centre: Place, h: f64) -> [f64; 27] {
+        let angle = |axis: usize, side: usize| centre[axis] + (side as f64 - 1.0) * h * self.spacing[axis];
+        let incident = [0, 1, 2].map(|side| harmonics(&self.incident, angle(0, side)));
+        let outgoing = [0, 1, 2].map(|side| harmonics(&self.outgoing, angle(1, side)));
+        let orders = self.terms.last().map_or(0, |term| term.q) + 1;
+        let cosines = [0, 1, 2].map(|side| {
+            let phi = angle(2, side);
+            (0..orders).map(|q| math::cos(q as f64 * phi)).collect::<Vec<_>>()
+        });
+        // Sums over l: [theta_i, p, q].
+        let degrees = self.outgoing.degree().get() + 1;
+        let mut sums = vec![[0.0; 3]; degrees * orders];
+        for (term, x) in self.terms.iter().zip(x) {
+            let sum = &mut sums[term.p * orders + term.q];
+            let x = x / term.root;
+            (0..3).for_each(|side| sum[side] += x * incident[side][term.incident]);
+        }
+        let mut values = [0.0; 27];
+        for (i, values) in values.chunks_exact_mut(3).enumerate() {
+            let mut row = outgoing[i % 3].iter();
+            for q in 0..orders {
+                let sums = sums[q..].iter().step_by(orders).skip(q);
+                let wave: f64 =
+                    sums.zip(row.by_ref().take(degrees - q)).map(|(sum, row)| sum[i / 3] * row).sum();
+                (0..3).for_each(|side| values[side] += wave * cosines[side][q]);
+            }
+        }
+        values
     }
 
     /// The function's values on the grid, [theta_i, theta_o, phi].
@@ -286,20 +382,21 @@ impl Search {
             .iter()
             .map(|row| {
                 let mut sum = vec![0.0; (self.incident.degree().get() + 1) * (top + 1)];
-                for (Term { l, p, q, root }, x) in self.terms.iter().zip(x) {
-                    sum[l * (top + 1) + q] += x * row[p * p + p + q] / root;
+                for (term, x) in self.terms.iter().zip(x) {
+                    sum[term.l * (top + 1) + term.q] += x * row[term.outgoing] / term.root;
                 }
                 sum
             })
             .collect();
+        let degrees = self.incident.degree().get() + 1;
         let mut values = Vec::with_capacity(self.incident_rows.len() * outgoing * turns);
         for row in &self.incident_rows {
             for sum in &sums {
                 let mut waves = vec![0.0; top + 1];
-                for (l, sum) in sum.chunks_exact(top + 1).enumerate() {
-                    for q in 0..=l.min(top) {
-                        waves[q] += sum[q] * row[l * l + l + q];
-                    }
+                let mut row = row.iter();
+                for (q, wave) in waves.iter_mut().enumerate() {
+                    let sums = sum[q..].iter().step_by(top + 1).skip(q);
+                    *wave = sums.zip(row.by_ref().take(degrees - q)).map(|(sum, row)| sum * row).sum();
                 }
                 values.extend(
                     cosines
@@ -328,38 +425,51 @@ impl Search {
         neighbours.iter().all(|other| values[index] <= *other)
     }
 
-    /// Newton's method with differences over ever shorter distances, in steps of the grid.
-    fn descend(&self, x: &[f64], start: Bottom) -> Bottom {
+    /// Newton's method with differences over ever shorter distances, in steps of the grid. A place in the
+    /// cell of a bottom near zero is on its floor after three steps: what is higher than a twentieth of the
+    /// largest value `size` then is not followed further.
+    fn descend(&self, x: &[f64], start: Bottom, size: f64) -> Bottom {
         let mut least = start;
         let mut h = 0.5;
-        for _ in 0..7 {
-            let centre = least;
+        for round in 0..7 {
+            if round == 3 && least.value > size / 20.0 {
+                break;
+            }
+            let centre = least.place;
             let at = |step: DVec3| {
                 let step = step.to_array();
-                let place = [0, 1, 2].map(|axis| centre.place[axis] + step[axis] * self.spacing[axis]);
-                Bottom { value: self.value(x, place), place }
+                [0, 1, 2].map(|axis| centre[axis] + step[axis] * self.spacing[axis])
             };
-            let sides = DVec3::AXES.map(|axis| [at(axis * h), at(axis * -h)]);
+            let values = self.stencil(x, centre, h);
+            let (middle, strides) = (13, [9, 3, 1]);
             let mut slope = DVec3::ZERO;
             let mut bend = DMat3::ZERO;
             for a in 0..3 {
-                let [plus, minus] = sides[a];
-                slope[a] = (plus.value - minus.value) / (2.0 * h);
-                bend.col_mut(a)[a] = (plus.value + minus.value - 2.0 * centre.value) / (h * h);
+                let [plus, minus] = [values[middle + strides[a]], values[middle - strides[a]]];
+                slope[a] = (plus - minus) / (2.0 * h);
+                bend.col_mut(a)[a] = (plus + minus - 2.0 * values[middle]) / (h * h);
                 for b in 0..a {
-                    let [u, v] = [DVec3::AXES[a] * h, DVec3::AXES[b] * h];
-                    let same = at(u + v).value + at(-u - v).value;
-                    let mixed = (same - at(u - v).value - at(v - u).value) / (4.0 * h * h);
+                    let (same, other) = (strides[b] + strides[a], strides[b] - strides[a]);
+                    let same = values[middle + same] + values[middle - same];
+                    let mixed = (same - values[middle + other] - values[middle - other]) / (4.0 * h * h);
                     bend.col_mut(a)[b] = mixed;
                     bend.col_mut(b)[a] = mixed;
                 }
             }
-            let step = newton_step(bend, slope);
-            let newton = at(step / step.length().max(1.0));
-            for candidate in sides.into_iter().flatten().chain([newton]) {
-                if candidate.value < least.value {
-                    least = candidate;
+            for (i, &value) in values.iter().enumerate() {
+                if value < least.value {
+                    let side = |stride: usize| (i / stride % 3) as f64 - 1.0;
+                    least = Bottom { value, place: at(DVec3::from_array(strides.map(side)) * h) };
                 }
+            }
+            let step = newton_step(bend, slope);
+            let place = at(step / step.length().max(1.0));
+            let value = self.value(x, place);
+            if value < least.value {
+                least = Bottom { value, place };
+            }
+            if round > 1 && step.length() < 1e-4 {
+                break;
             }
             h /= 3.0;
         }
@@ -382,11 +492,13 @@ fn newton_step(bend: DMat3, slope: DVec3) -> DVec3 {
     DVec3::ZERO
 }
 
-/// Y_lm at phi = 0.
+/// Y_lq at phi = 0 for q of 0 or more, column after column of q.
 fn harmonics(basis: &Basis, theta: f64) -> Vec<f64> {
-    let mut rows = vec![0.0; basis.degree().rows()];
-    basis.evaluate_into(Direction::from_angles(theta, 0.0), &mut rows);
-    rows
+    let degrees = basis.degree().get() + 1;
+    let mut values = vec![0.0; degrees * (degrees + 1) / 2];
+    let (sine, cosine) = math::sin_cos(theta);
+    basis.legendre_into(cosine, sine, &mut values);
+    values
 }
 
 #[cfg(test)]

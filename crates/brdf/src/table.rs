@@ -152,7 +152,8 @@ fn place(direction: &Direction) -> String {
 /// Coefficients c_i(v) of one material or several, over a parabolic map of the view v.
 ///
 /// `values` has shape [Q, N, N, (F+1)^2, channels], row l*l + l + m, one channel if every entry is grey, else
-/// three; row 0 of the map is at +y. Q counts materials between which a surface may vary.
+/// three; row 0 of the map is at +y. Q counts materials between which a surface may vary, in a row or on a
+/// grid ([`BrdfTable::grid`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrdfTable {
     degree: Degree,
@@ -160,6 +161,8 @@ pub struct BrdfTable {
     channels: usize,
     below: BelowHorizon,
     lit_from_below: bool,
+    /// The number of materials across the grid; 1 if they are in a row.
+    across: usize,
     values: Vec<f32>,
 }
 
@@ -208,6 +211,7 @@ impl BrdfTable {
             channels,
             below,
             lit_from_below: false,
+            across: 1,
             values,
         })
     }
@@ -225,6 +229,18 @@ impl BrdfTable {
     /// The number of materials Q.
     pub fn count(&self) -> usize {
         self.values.len() / (self.size * self.size * self.texel())
+    }
+
+    /// The number of materials along the first and the second parameter, [Q_a, Q_b]: material a Q_b + b is at
+    /// (a, b). Q_b is 1 if only one parameter varies.
+    pub fn grid(&self) -> [usize; 2] {
+        [self.count() / self.across, self.across]
+    }
+
+    /// Returns the table with its materials on a grid of Q_a x Q_b; `None` if that is not their number.
+    #[must_use]
+    pub fn with_grid(self, [along, across]: [usize; 2]) -> Option<Self> {
+        (along.checked_mul(across) == Some(self.count())).then_some(Self { across, ..self })
     }
 
     /// The number of channels: 1 if the table is grey, else 3.
@@ -345,7 +361,7 @@ pub fn tabulate(
     });
     let below = BelowHorizon::of(material);
     let lit_from_below = reaches_below(&|incident, outgoing| material.rho_hat(incident, outgoing));
-    Ok((BrdfTable { degree, size, channels, below, lit_from_below, values }, error))
+    Ok((BrdfTable { degree, size, channels, below, lit_from_below, across: 1, values }, error))
 }
 
 /// The coefficients after a change of the sign of x, and of y.

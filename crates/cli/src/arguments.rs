@@ -4,6 +4,7 @@ mod convert;
 mod remote;
 mod values;
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use ::preview::{Mode, SubjectRequest};
@@ -337,6 +338,11 @@ pub(crate) struct WatchArguments {
     /// Show the results in a window, as `specula preview` does
     #[arg(long, conflicts_with = "once")]
     pub(crate) preview: bool,
+    /// Serve a page that shows the results in browsers, and print its link [default address: 127.0.0.1, any
+    /// free port]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:0",
+          conflicts_with_all = ["once", "preview"], value_parser = values::address)]
+    pub(crate) serve: Option<SocketAddr>,
     #[command(flatten)]
     pub(crate) watching: WatchingArguments,
 }
@@ -397,7 +403,22 @@ pub(crate) struct PreviewArguments {
           allow_negative_numbers = true, value_parser = values::exposure)]
     pub(crate) exposure: f64,
     #[command(flatten)]
+    pub(crate) page: PageArguments,
+    #[command(flatten)]
     pub(crate) watching: WatchingArguments,
+}
+
+// The options of a page in place of a window.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct PageArguments {
+    /// Serve a page for browsers in place of a window, and open it [default address: 127.0.0.1, any free
+    /// port]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:0",
+          conflicts_with = "still", value_parser = values::address)]
+    pub(crate) serve: Option<SocketAddr>,
+    /// Serve the page and print its link, without opening a browser
+    #[arg(long, conflicts_with = "still")]
+    pub(crate) no_open: bool,
 }
 
 #[derive(Args, Debug)]
@@ -493,6 +514,8 @@ pub(crate) enum ShaderName {
     Wgsl,
     /// HLSL: Direct3D
     Hlsl,
+    /// Metal: Apple's devices
+    Metal,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

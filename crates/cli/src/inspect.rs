@@ -14,8 +14,8 @@ use std::path::Path;
 
 use brdf::BrdfCoefficients;
 use containers::{
-    Format, OpenExrEnvmap, Panorama, ReadOptions, Shows, is_babylon_env, is_texture, is_web_page,
-    lighting_json, read_image, read_recipe, tensors, texture_containers,
+    DIRECTION_COLUMNS, Format, LIGHT_COLUMNS, OpenExrEnvmap, Panorama, ReadOptions, Shows, is_babylon_env,
+    is_texture, is_web_page, lighting_json, read_image, read_recipe, tensors, texture_containers,
 };
 use sampling::LightMasses;
 use serde_json::{Value, json};
@@ -43,7 +43,8 @@ pub(crate) fn run(file: &Path, as_json: bool, picture: Option<&Path>) -> Result<
     let read = assets::file_or_preset(file);
     let (file, bytes) = read.map_err(|(message, help)| failed(&[message], help.as_deref()))?;
     let file = &*file;
-    let material = material::read(file, &bytes).transpose();
+    let of_material = table(&bytes).is_none().then(|| material::read(file, &bytes));
+    let material = of_material.flatten().transpose();
     let material = material.map_err(|failure| failed(&failure.chain, failure.help.as_deref()))?;
     let by_name = match &material {
         Some(material) => Some(Ok(material::facts(file, &bytes, material))),
@@ -110,6 +111,13 @@ fn text_of(value: &Value) -> String {
     }
 }
 
+/// What a table of numbers that a stage wrote has in its lines, and its columns; `None` for another file.
+fn table(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    let tables = [("directions that were drawn", DIRECTION_COLUMNS), ("lights", LIGHT_COLUMNS)];
+    let first = bytes.split(|byte| *byte == b'\n').next().map(<[u8]>::trim_ascii_end)?;
+    tables.into_iter().find(|(_, columns)| first == columns.as_bytes())
+}
+
 fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
     let mut facts = match Format::sniff(bytes) {
         Some(Format::OpenExr) => layers::reflection_map(bytes).unwrap_or_else(|| image(bytes))?,
@@ -126,6 +134,15 @@ fn describe(bytes: &[u8]) -> Result<Facts, containers::Error> {
         None if engine::stands_for_no_file(bytes) => {
             vec![("what", "placeholder for a declared file that its item does not export".into())]
         }
+        None if let Some((what, columns)) = table(bytes) => vec![
+            ("what", what.into()),
+            ("format", "CSV".into()),
+            ("columns", columns.into()),
+            (
+                "rows",
+                bytes.split(|byte| *byte == b'\n').skip(1).filter(|line| !line.is_empty()).count().into(),
+            ),
+        ],
         None if bytes.first() == Some(&b'{') => json_object(bytes)?,
         None if looks_like_safetensors(bytes) => tensor_file(bytes)?,
         None => image(bytes)?,
@@ -302,7 +319,13 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             let (count, size, channels) = (table.count(), table.size(), table.channels());
             facts.push(("degree", table.degree().get().into()));
             facts.push(("views", format!("{size} x {size}").into()));
-            facts.push(("materials", count.into()));
+            facts.push((
+                "materials",
+                match table.grid() {
+                    [_, 1] => count.into(),
+                    [along, across] => format!("{count}, {along} x {across}").into(),
+                },
+            ));
             facts.push(("colour", if channels == 1 { "grey" } else { "RGB" }.into()));
             let rows = table.values().chunks_exact(channels);
             facts.extend(range(
@@ -381,5 +404,18 @@ mod tests {
             containers::write_usda_lights(&lights, containers::SceneAxes::IDENTITY, None, recipe).unwrap();
         assert_eq!(fact(&usda, "lights"), 3);
         assert_eq!(fact(&usda, "recipe")["kind"], "export-light-rig");
+        let table = containers::write_csv_lights(&lights).unwrap();
+        assert_eq!((fact(&table, "what"), fact(&table, "rows")), ("lights".into(), 3.into()));
+    }
+
+    /// Its name is that of a measured BRDF, too.
+    #[test]
+    fn a_table_of_directions_is_no_material() {
+        let table = b"u,v,x,y,z,pdf,weight\r\n0,0.5,1,0,0,0.25,-3\r\n0.25,0.1,0,-0.6,0.8,0.1,0.1\r\n";
+        assert_eq!(
+            (fact(table, "what"), fact(table, "rows")),
+            ("directions that were drawn".into(), 2.into())
+        );
+        assert_eq!(super::table(b"theta_i,theta_o,phi,r,g,b\n"), None);
     }
 }

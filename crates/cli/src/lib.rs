@@ -97,7 +97,9 @@ fn run(arguments: Arguments, kinds: &Kinds) -> Exit {
     }
     let result = match command {
         Command::Build(arguments) => build::run(&arguments, kinds),
-        Command::Watch(arguments) if arguments.preview => Ok(preview::run_with_watch(&arguments, kinds)),
+        Command::Watch(arguments) if arguments.preview || arguments.serve.is_some() => {
+            Ok(preview::run_with_watch(&arguments, kinds))
+        }
         Command::Watch(arguments) => Ok(watch::run(&arguments, kinds)),
         Command::Preview(arguments) => {
             let (Ok(exit) | Err(exit)) = preview::run(&arguments, kinds);

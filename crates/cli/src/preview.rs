@@ -1,26 +1,26 @@
-//! `specula preview`: materials on meshes under environments, in a window that follows every change, or as
-//! one picture.
+//! `specula preview`: materials on meshes under environments, in a window or a page that follows every
+//! change, or as one picture.
 //!
 //! The window has the main thread, as systems require. A watcher builds on a second thread, and on a third a
-//! [`PreviewController`](controller::PreviewController) turns the watcher's events into what the window
-//! shows. If no window can be opened, the controller draws stills instead.
+//! [`PreviewController`](controller::PreviewController) turns the watcher's events into what the view shows:
+//! the window, or the page of a server, for which the main thread waits.
 
 mod controller;
 mod dropped;
 mod files;
-#[cfg(feature = "window")]
 mod host;
 mod light_edit;
 mod material_edit;
+mod open_page;
+#[cfg(feature = "window")]
+mod open_window;
 mod project;
 mod request;
 mod status;
 mod still;
 mod subject;
+mod view;
 mod watched;
-mod window;
-
-use std::path::PathBuf;
 
 use ::preview::{InitialView, SubjectRequest};
 use engine::Kinds;
@@ -28,15 +28,11 @@ use stages::PreviewCatalog;
 
 use self::files::SCREENSHOTS;
 use self::project::Project;
-use self::request::WindowRequest;
+use self::request::{Page, ViewPlace, ViewRequest};
 use self::subject::SubjectError;
-#[cfg(feature = "window")]
-use crate::arguments::Backend;
-use crate::arguments::{MANIFEST, ManifestArgument, PreviewArguments, WatchArguments};
+use crate::arguments::{Backend, MANIFEST, ManifestArgument, PreviewArguments, WatchArguments};
 use crate::command_error::CommandError;
 use crate::exit::Exit;
-#[cfg(not(feature = "window"))]
-use crate::print::say;
 use crate::{assets, manifest, print, watch, working_folder};
 
 pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, Exit> {
@@ -74,27 +70,21 @@ pub(crate) fn run(arguments: &PreviewArguments, kinds: &Kinds) -> Result<Exit, E
         let view = InitialView { state: None, request };
         return still::run(arguments, file, catalog, &view);
     }
-    open(arguments, kinds, catalog, project, screenshots, request)
-}
-
-#[cfg(feature = "window")]
-fn open(
-    arguments: &PreviewArguments,
-    kinds: &Kinds,
-    _: PreviewCatalog,
-    project: Project,
-    screenshots: PathBuf,
-    subject: SubjectRequest,
-) -> Result<Exit, Exit> {
-    let request = WindowRequest {
+    let page = |address| ViewPlace::Page(Page { address, opens_browser: !arguments.page.no_open });
+    let place = match arguments.page.serve {
+        Some(address) => page(address),
+        None if arguments.page.no_open => page(Page::IN_BROWSER.address),
+        None => ViewPlace::USUAL,
+    };
+    let request = ViewRequest {
         project: &project,
         screenshots: &screenshots,
         kinds,
-        subject,
+        subject: request,
         cpu: arguments.backend == Some(Backend::Cpu),
-        continues_without: false,
+        place,
     };
-    Ok(window::run(&request, |project, cancel, wanted, listener| {
+    Ok(view::run(&request, |project, cancel, wanted, listener| {
         let watched = WatchArguments {
             stages: project.stages,
             manifest: ManifestArgument { manifest: project.manifest },
@@ -103,45 +93,30 @@ fn open(
             once: false,
             keep_scratch: false,
             preview: true,
+            serve: None,
             watching: arguments.watching.clone(),
         };
         watch::watch(&watched, kinds, cancel, wanted, listener)
     }))
 }
 
-/// Without the feature `window`: draws what the window would show first.
-#[cfg(not(feature = "window"))]
-fn open(
-    arguments: &PreviewArguments,
-    _: &Kinds,
-    catalog: PreviewCatalog,
-    project: Project,
-    _: PathBuf,
-    subject: SubjectRequest,
-) -> Result<Exit, Exit> {
-    let view = request::initial_view(&project.manifest, subject);
-    let file = files::PreviewFiles::of(&project).still();
-    let exit = still::run(arguments, &file, catalog, &view)?;
-    if exit == Exit::Success {
-        say!("{}", window::HINT);
-    }
-    Ok(exit)
-}
-
-/// `specula watch --preview`.
+/// `specula watch --preview`, and `--serve`.
 pub(crate) fn run_with_watch(arguments: &WatchArguments, kinds: &Kinds) -> Exit {
     let manifest = &arguments.manifest.manifest;
     let place = working_folder::path(manifest);
     let project = Project { manifest: place, stages: arguments.stages.clone(), files: Vec::new() };
-    let request = WindowRequest {
+    let request = ViewRequest {
         project: &project,
         screenshots: &manifest.with_file_name(SCREENSHOTS),
         kinds,
         subject: SubjectRequest::default(),
         cpu: false,
-        continues_without: true,
+        place: match arguments.serve {
+            Some(address) => ViewPlace::Page(Page { address, opens_browser: false }),
+            None => ViewPlace::USUAL,
+        },
     };
-    window::run(&request, |project, cancel, wanted, listener| {
+    view::run(&request, |project, cancel, wanted, listener| {
         let watched = WatchArguments {
             stages: project.stages,
             manifest: ManifestArgument { manifest: project.manifest },

@@ -64,11 +64,12 @@ pub use textures::{
     write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
 };
 pub use values::{
-    Anisotropy, AssetFile, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES,
-    MaterialChoice, MaterialxMaterial, Model, ReadBeside, SceneAxes, VertexAttribute, brdf_table_metadata,
-    check_gltf, check_gltf_material, coefficient_names, escape_html, gltf_document, gltf_has_triangles,
-    gltf_materials, is_web_page, lighting_json, measured, read_gltf, read_gltf_anisotropy,
-    read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting, read_gltf_material,
-    read_materialx_material, recipe_element, row_names, shrm_metadata, tensors, write_csv_lights, write_glb,
-    write_gltf_image_based_light, write_gltf_lights, write_into_gltf, write_tscn_lights, write_usda_lights,
+    Anisotropy, AssetFile, DIRECTION_COLUMNS, DirectionSamples, GlbText, GltfLighting, GltfMaterial,
+    ImageBasedLight, LIGHT_COLUMNS, MAX_TRIANGLES, MaterialChoice, MaterialxMaterial, Model, ReadBeside,
+    SceneAxes, VertexAttribute, brdf_table_metadata, check_gltf, check_gltf_material, coefficient_names,
+    escape_html, gltf_document, gltf_has_triangles, gltf_materials, is_web_page, lighting_json, measured,
+    read_csv_points, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light,
+    read_gltf_lighting, read_gltf_material, read_materialx_material, recipe_element, row_names,
+    shrm_metadata, tensors, write_csv_directions, write_csv_lights, write_glb, write_gltf_image_based_light,
+    write_gltf_lights, write_into_gltf, write_tscn_lights, write_usda_lights,
 };

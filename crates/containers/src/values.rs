@@ -1,6 +1,7 @@
 //! Files of other values than pictures: tables, meshes, materials, lamps, coefficients.
 
 mod brdf_table_metadata;
+pub(crate) mod direction_samples;
 pub(crate) mod gltf;
 pub(crate) mod light_rig;
 pub mod lighting_json;
@@ -11,6 +12,7 @@ pub mod tensors;
 pub(crate) mod web_page;
 
 pub use brdf_table_metadata::{brdf_table_metadata, coefficient_names};
+pub use direction_samples::{DIRECTION_COLUMNS, DirectionSamples, read_csv_points, write_csv_directions};
 pub(crate) use gltf::is_gltf_image_based_light;
 pub use gltf::{
     Anisotropy, AssetFile, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES,
@@ -19,7 +21,9 @@ pub use gltf::{
     read_gltf_image_based_light, read_gltf_lighting, read_gltf_material, write_glb,
     write_gltf_image_based_light, write_into_gltf,
 };
-pub use light_rig::{SceneAxes, write_csv_lights, write_gltf_lights, write_tscn_lights, write_usda_lights};
+pub use light_rig::{
+    LIGHT_COLUMNS, SceneAxes, write_csv_lights, write_gltf_lights, write_tscn_lights, write_usda_lights,
+};
 pub use materialx::{MaterialxMaterial, read_materialx_material};
 pub use shrm_metadata::{row_names, shrm_metadata};
 pub use web_page::{escape_html, is_web_page, recipe_element};

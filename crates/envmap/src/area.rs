@@ -43,6 +43,37 @@ pub(crate) fn means(grid: LatLong, pixels: &[[f32; 3]], onto: LatLong) -> Vec<[f
     averaged(grid.width, &columns, &rows, |texel| pixels[texel])
 }
 
+/// The means of `pixels` on `grid` over cells of equal area: rows equal in z from +Z down, an even number of
+/// columns equal in azimuth, from 0, toward +X, upward.
+pub(crate) fn equal_area_means(
+    grid: LatLong,
+    pixels: &[[f32; 3]],
+    rows: usize,
+    columns: usize,
+) -> Vec<[f32; 3]> {
+    let down = |edges: usize, z: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        (0..=edges).map(|edge| z(edge as f64 / edges as f64)).collect()
+    };
+    let parallels = down(grid.height, &|v| -math::cos(PI * v));
+    let rows = overlaps_of_edges(&parallels, &down(rows, &|v| 2.0 * v - 1.0));
+    // The image begins at azimuth pi and falls.
+    let mut mirrored = overlaps(grid.width, columns, |u| u);
+    mirrored.reverse();
+    mirrored.rotate_left(columns / 2);
+    averaged(grid.width, &mirrored, &rows, |texel| pixels[texel])
+}
+
+/// The overlaps of new cells with old ones, whose edges rise from the same number to the same.
+fn overlaps_of_edges(old: &[f64], new: &[f64]) -> Overlaps {
+    let cell = |edges: &[f64; 2]| {
+        let [low, high] = *edges;
+        let first = old.partition_point(|edge| *edge <= low).saturating_sub(1);
+        let parts = old.array_windows().enumerate().skip(first).take_while(|(_, [from, _])| *from < high);
+        parts.map(|(k, [from, to])| (k, (to.min(high) - from.max(low)) / (high - low))).collect()
+    };
+    new.array_windows().map(cell).collect()
+}
+
 /// The means of a flat picture over the texels of another grid with no more rows and columns.
 ///
 /// Sizes are width and height, texels lie row by row, and `texel` returns that of an index. A texel that
@@ -112,5 +143,33 @@ mod tests {
             }
         }
         assert_eq!(box_filtered(size, size, texel), whole);
+    }
+
+    /// Against many points of each cell, of which each looks at its texel.
+    #[test]
+    fn cells_of_equal_area_have_the_means_of_their_points() {
+        for (height, rows) in [(6, 4), (5, 8), (9, 1), (2, 16)] {
+            let (grid, columns) = (LatLong { width: height + 3, height }, 2 * rows);
+            let pixels: Vec<_> =
+                (0..grid.len()).map(|k| [(k * k % 17) as f32, 1.0, (k % 5) as f32]).collect();
+            let found = equal_area_means(grid, &pixels, rows, columns);
+            let fine = 120;
+            for (cell, found) in found.iter().enumerate() {
+                let (row, column) = (cell / columns, cell % columns);
+                let mut sum = [0.0; 3];
+                for point in 0..fine * fine {
+                    let place = |index: usize| (index as f64 + 0.5) / fine as f64;
+                    let z: f64 = 1.0 - 2.0 * (row as f64 + place(point / fine)) / rows as f64;
+                    let azimuth = (column as f64 + place(point % fine)) / columns as f64 * 2.0 * PI;
+                    let down = z.acos() / PI * height as f64;
+                    let along = (0.5 - azimuth / (2.0 * PI)).rem_euclid(1.0) * grid.width as f64;
+                    let texel = pixels[down as usize * grid.width + along as usize];
+                    (0..3).for_each(|c| sum[c] += f64::from(texel[c]) / (fine * fine) as f64);
+                }
+                for (found, sum) in found.iter().zip(sum) {
+                    assert!((f64::from(*found) - sum).abs() < 0.1, "{height} {rows}, {cell}: {found} {sum}");
+                }
+            }
+        }
     }
 }

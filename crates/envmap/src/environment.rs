@@ -194,6 +194,17 @@ impl Environment {
         self.pixels.map_blocks(stop, function)
     }
 
+    /// [`Environment::map_rows`] of those blocks alone that may have a pixel whose channels have a mean above
+    /// `radiance`. Others are not decoded if the sums of their rows are known.
+    pub(crate) fn map_brighter_rows<T: Send>(
+        &self,
+        radiance: f64,
+        stop: Stop<'_>,
+        function: impl Fn(usize, &[[f32; 3]]) -> T + Sync,
+    ) -> Result<Vec<T>, Stopped> {
+        self.pixels.map_blocks_where(stop, |block| self.pixels.may_exceed(block, radiance), function)
+    }
+
     /// The rows in blocks, compressed without loss: [`CodedRows::HEIGHT`] rows each, but the last.
     pub fn blocks(&self) -> Vec<CodedRows> {
         self.pixels.blocks()
@@ -218,20 +229,9 @@ impl Environment {
 
     /// [`Environment::integral`], unless it is stopped.
     pub(crate) fn integral_until(&self, stop: Stop<'_>) -> Result<[f64; 3], Stopped> {
-        let of_rows = self.map_rows(stop, |_, pixels| {
-            let of_row = |pixels: &[[f32; 3]]| {
-                let mut of_row = [0.0; 3];
-                for pixel in pixels {
-                    for channel in 0..3 {
-                        of_row[channel] += f64::from(pixel[channel]);
-                    }
-                }
-                of_row
-            };
-            pixels.chunks(self.grid.width).map(of_row).collect::<Vec<_>>()
-        })?;
+        let sums = self.pixels.sums(stop)?;
         let mut sum = [0.0; 3];
-        for (row, of_row) in of_rows.into_iter().flatten().enumerate() {
+        for (row, of_row) in sums.iter().flat_map(|sums| &sums.values).enumerate() {
             for channel in 0..3 {
                 sum[channel] += of_row[channel] * self.grid.solid_angle(row);
             }
@@ -299,6 +299,16 @@ impl Environment {
         Ok(Self::of(grid, area::means(self.grid, self.pixels(), grid)))
     }
 
+    /// The means over cells of equal area, by exact solid angles: `rows` rows equal in z from +Z down,
+    /// `columns` columns equal in azimuth, the first from 0, toward +X, upward; the azimuth grows toward +Y.
+    ///
+    /// # Panics
+    /// If a number is 0, or that of the columns is odd.
+    pub fn means_of_equal_areas(&self, rows: usize, columns: usize) -> Vec<[f32; 3]> {
+        assert!(rows > 0 && columns > 0 && columns.is_multiple_of(2), "a grid has an even number of columns");
+        area::equal_area_means(self.grid, self.pixels(), rows, columns)
+    }
+
     /// Returns the same light on another grid: by [`Environment::downsampled`] if each new texel consists of
     /// whole old ones, otherwise interpolated and averaged as by [`Environment::from_image`].
     ///
@@ -330,6 +340,18 @@ impl ImageRows<f32> for Environment {
         scratch: &'a mut Vec<[f32; 3]>,
     ) -> &'a [[f32; 3]] {
         self.pixels.rows(rows, scratch)
+    }
+
+    fn squares_of_rows(&self, _: usize, rows: Range<usize>, scratch: &mut Vec<[f32; 3]>) -> Vec<[f64; 3]> {
+        let mut squares = Vec::with_capacity(rows.len());
+        for block in rows.start / CodedRows::HEIGHT..CodedRows::count(rows.end) {
+            let of_block = CodedRows::rows(self.grid.height, block);
+            let sums = self.pixels.sums_of(block, scratch);
+            let within = rows.start.max(of_block.start)..rows.end.min(of_block.end);
+            squares
+                .extend_from_slice(&sums.squares[within.start - of_block.start..within.end - of_block.start]);
+        }
+        squares
     }
 }
 

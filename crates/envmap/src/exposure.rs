@@ -81,9 +81,12 @@ impl Environment {
     }
 }
 
+/// The shares of red, green and blue of linear Rec. 709 in the luminance.
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
 /// The luminance of a linear Rec. 709 colour.
-pub(crate) fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b
 }
 
 /// The mean over the sphere of a function of luminance. Rows are added in order: the result does not depend

@@ -100,6 +100,7 @@ mod tests {
     use sphere::{Direction, LatLong};
 
     use super::*;
+    use crate::CodedRows;
 
     fn sky(height: usize, radiance: impl Fn(Direction) -> [f32; 3]) -> Environment {
         let grid = LatLong::with_rows(height);
@@ -154,6 +155,62 @@ mod tests {
         let [before, left] =
             [&lit, &soft].map(|image| image.pixels().iter().filter(|p| p[0] == 30.0).count());
         assert!(before > 1000 && left < before / 100, "{left} of {before}");
+    }
+
+    /// The environment as blocks with their sums, and as blocks of a file, whose sums are not known.
+    fn coded(plain: &Environment) -> [Environment; 2] {
+        let grid = plain.grid();
+        let reread = |(index, block): (usize, &CodedRows)| {
+            let rows = CodedRows::rows(grid.height, index).len();
+            CodedRows::from_bytes(grid.width, rows, block.bytes().to_vec()).unwrap()
+        };
+        let blocks = plain.blocks();
+        let of_file = blocks.iter().enumerate().map(reread).collect();
+        [blocks, of_file].map(|blocks| Environment::from_blocks(grid, blocks).unwrap())
+    }
+
+    /// All floats are read, but only those blocks that may have a bright pixel: the lamps, the soft image,
+    /// its integral and its energy are the same to the last bit. The image has noise and a short last block.
+    #[test]
+    fn blocks_that_are_skipped_change_nothing() {
+        let (sun, lamp) = (Direction::from_angles(0.4, 2.0), Direction::from_angles(3.0, -1.0));
+        let mut state = 1_u32;
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let values: Vec<[f32; 3]> = (0..400 * 200).map(|_| [noise(), noise(), noise()]).collect();
+        let grid = LatLong { width: 400, height: 200 };
+        let texel = |index: usize| match grid.direction(index / 400, index % 400) {
+            d if d.dot(sun) > 0.03_f64.cos() => [9000.0, 6000.0, 3000.1],
+            d if d.dot(lamp) > 0.05_f64.cos() => [300.0, 500.0, 700.7],
+            _ => values[index],
+        };
+        let plain = Environment::new(grid, (0..grid.len()).map(texel).collect()).unwrap();
+        let before = plain.separate_lamps(Stop::NEVER).unwrap();
+        assert!(before.lights.len() >= 2, "{:?}", before.lights);
+        let sums = |environment: &Environment| {
+            let energy = sh::image_energy_of_rows(grid, environment, Stop::NEVER).unwrap();
+            (environment.integral().map(f64::to_bits), energy.map(f64::to_bits))
+        };
+        // The sums of what is left, added up here.
+        let rows = before.soft.pixels().chunks(grid.width);
+        let of_rows = rows.map(|row| [0, 1, 2].map(|c| row.iter().fold(0.0, |sum, p| sum + f64::from(p[c]))));
+        let integral = of_rows.enumerate().fold([0.0; 3], |all: [f64; 3], (row, sum)| {
+            [0, 1, 2].map(|c| all[c] + sum[c] * grid.solid_angle(row))
+        });
+        let energy = sh::image_energy(grid, before.soft.pixels());
+        assert_eq!(sums(&before.soft), (integral.map(f64::to_bits), energy.map(f64::to_bits)));
+        for coded in coded(&plain) {
+            assert_eq!(sums(&coded), sums(&plain));
+            let found = coded.separate_lamps(Stop::NEVER).unwrap();
+            assert_eq!(found.lights, before.lights);
+            assert_eq!(sums(&found.soft), sums(&before.soft));
+            assert_eq!(found.soft.pixels(), before.soft.pixels());
+            let read = |of: &Environment| of.map_brighter_rows(200.0, Stop::NEVER, |row, _| row).unwrap();
+            assert_eq!(read(&plain).len(), CodedRows::count(200));
+            assert_eq!(read(&coded), [0, 160, 192], "the blocks with the sun and the lamp");
+        }
     }
 
     #[test]

@@ -12,10 +12,15 @@ use rayon::prelude::*;
 use sh::{Stop, Stopped, unstopped};
 
 use crate::row_codec;
+use crate::row_sums::RowSums;
 
 /// Some rows of a picture, compressed without loss; equal rows have equal bytes.
-#[derive(Clone, PartialEq)]
-pub struct CodedRows(Arc<Vec<u8>>);
+#[derive(Clone)]
+pub struct CodedRows {
+    bytes: Arc<Vec<u8>>,
+    /// The sums of the rows, unless they were read from a file.
+    sums: Option<Arc<RowSums>>,
+}
 
 impl CodedRows {
     /// The rows of a block but the last of a picture.
@@ -40,31 +45,37 @@ impl CodedRows {
         assert!(rows.len().is_multiple_of(width), "whole rows");
         let mut bytes = row_codec::encode(width, rows);
         bytes.shrink_to_fit();
-        Self(Arc::new(bytes))
+        Self { bytes: Arc::new(bytes), sums: Some(Arc::new(RowSums::of(width, rows))) }
     }
 
     /// The block that [`CodedRows::bytes`] gave; `None` if it does not have so many pixels.
     pub fn from_bytes(width: usize, height: usize, bytes: Vec<u8>) -> Option<Self> {
-        row_codec::is_complete(width, height, &bytes).then(|| Self(Arc::new(bytes)))
+        row_codec::is_complete(width, height, &bytes).then(|| Self { bytes: Arc::new(bytes), sums: None })
     }
 
     /// The bytes, for a file.
     pub fn bytes(&self) -> &[u8] {
-        &self.0
+        &self.bytes
     }
 
     /// Whether no value is negative, infinite or NaN.
     pub(crate) fn is_clean(&self) -> bool {
-        row_codec::is_clean(&self.0)
+        row_codec::is_clean(&self.bytes)
     }
 
     /// Whether no value is infinite or NaN.
     pub(crate) fn is_finite(&self) -> bool {
-        row_codec::is_finite(&self.0)
+        row_codec::is_finite(&self.bytes)
     }
 
     fn decode(&self, width: usize, rows: &mut [[f32; 3]]) {
-        row_codec::decode(width, &self.0, rows);
+        row_codec::decode(width, &self.bytes, rows);
+    }
+}
+
+impl PartialEq for CodedRows {
+    fn eq(&self, other: &Self) -> bool {
+        self.bytes == other.bytes
     }
 }
 
@@ -81,6 +92,8 @@ struct Stored {
     /// Pixels in place of those in the blocks, in order: a few lamps would make 32-bit floats of all rows
     /// beside them.
     replaced: Vec<(u32, [f32; 3])>,
+    /// The sums of each of the blocks, with the pixels that replace others, once they are known.
+    sums: Vec<OnceLock<Arc<RowSums>>>,
     whole: OnceLock<Vec<[f32; 3]>>,
 }
 
@@ -88,13 +101,15 @@ impl Pixels {
     /// Floats; there must be at least one column, and only whole rows.
     pub(crate) fn new(width: usize, pixels: Vec<[f32; 3]>) -> Self {
         let height = pixels.len() / width;
-        let (blocks, replaced, whole) = (Vec::new(), Vec::new(), OnceLock::from(pixels));
-        Self(Arc::new(Stored { width, height, blocks, replaced, whole }))
+        let (blocks, replaced, sums, whole) = (Vec::new(), Vec::new(), Vec::new(), OnceLock::from(pixels));
+        Self(Arc::new(Stored { width, height, blocks, replaced, sums, whole }))
     }
 
     /// Blocks, of [`CodedRows::HEIGHT`] rows each but the last.
     pub(crate) fn of_blocks(width: usize, height: usize, blocks: Vec<CodedRows>) -> Self {
-        Self(Arc::new(Stored { width, height, blocks, replaced: Vec::new(), whole: OnceLock::new() }))
+        let sums = blocks.iter().map(|block| block.sums.clone().map_or_else(OnceLock::new, OnceLock::from));
+        let (replaced, sums, whole) = (Vec::new(), sums.collect(), OnceLock::new());
+        Self(Arc::new(Stored { width, height, blocks, replaced, sums, whole }))
     }
 
     /// These pixels with others in some places, which are in order and each once.
@@ -104,20 +119,31 @@ impl Pixels {
             others.into_iter().for_each(|(at, value)| pixels[at as usize] = value);
             return self;
         }
-        let Stored { width, height, blocks, .. } = &*self.0;
-        let (width, height, blocks) = (*width, *height, blocks.clone());
-        Self(Arc::new(Stored { width, height, blocks, replaced: others, whole: OnceLock::new() }))
+        let Stored { width, height, blocks, sums, .. } = &*self.0;
+        let (width, height, blocks, sums) = (*width, *height, blocks.clone(), sums.clone());
+        let mut stored = Stored { width, height, blocks, replaced: others, sums, whole: OnceLock::new() };
+        for block in 0..stored.sums.len() {
+            if !stored.replaced_in(block).is_empty() {
+                stored.sums[block] = OnceLock::new();
+            }
+        }
+        Self(Arc::new(stored))
     }
 
-    /// All pixels as floats, which are decoded once.
+    /// All pixels as floats, which are kept.
+    ///
+    /// They are decoded outside of the cell, though two that need them at once then decode them twice: a
+    /// thread that waits for the others takes up whatever else is to be done, and that may need the same
+    /// pixels. It would wait for itself.
     pub(crate) fn whole(&self) -> &[[f32; 3]] {
         let Stored { width, height, whole, .. } = &*self.0;
-        whole.get_or_init(|| {
-            let mut pixels = vec![[0.0; 3]; width * height];
-            let rows = pixels.par_chunks_mut(width * CodedRows::HEIGHT);
-            rows.enumerate().for_each(|(block, rows)| self.0.decode(block, rows));
-            pixels
-        })
+        if let Some(pixels) = whole.get() {
+            return pixels;
+        }
+        let mut pixels = vec![[0.0; 3]; width * height];
+        let rows = pixels.par_chunks_mut(width * CodedRows::HEIGHT);
+        rows.enumerate().for_each(|(block, rows)| self.0.decode(block, rows));
+        whole.get_or_init(|| pixels)
     }
 
     /// All pixels as floats, and nothing else.
@@ -126,6 +152,7 @@ impl Pixels {
         let stored = Arc::make_mut(&mut self.0);
         stored.blocks.clear();
         stored.replaced.clear();
+        stored.sums.clear();
         stored.whole.get_mut().map_or(&mut [], Vec::as_mut_slice)
     }
 
@@ -158,12 +185,50 @@ impl Pixels {
         stop: Stop<'_>,
         function: impl Fn(usize, &[[f32; 3]]) -> T + Sync,
     ) -> Result<Vec<T>, Stopped> {
+        self.map_blocks_where(stop, |_| true, function)
+    }
+
+    /// [`Pixels::map_blocks`] of the blocks that are wanted alone.
+    pub(crate) fn map_blocks_where<T: Send>(
+        &self,
+        stop: Stop<'_>,
+        wanted: impl Fn(usize) -> bool + Sync,
+        function: impl Fn(usize, &[[f32; 3]]) -> T + Sync,
+    ) -> Result<Vec<T>, Stopped> {
         let block = |scratch: &mut Vec<_>, block: usize| {
             stop.check()?;
             let rows = CodedRows::rows(self.0.height, block);
             Ok(function(rows.start, self.rows(rows.clone(), scratch)))
         };
+        let blocks: Vec<usize> =
+            (0..CodedRows::count(self.0.height)).filter(|block| wanted(*block)).collect();
+        blocks.into_par_iter().map_init(Vec::new, block).collect()
+    }
+
+    /// The sums of the rows of each block, in their order. Blocks whose sums are not known are decoded.
+    pub(crate) fn sums(&self, stop: Stop<'_>) -> Result<Vec<Arc<RowSums>>, Stopped> {
+        let block = |scratch: &mut Vec<_>, block: usize| {
+            stop.check()?;
+            Ok(self.sums_of(block, scratch))
+        };
         (0..CodedRows::count(self.0.height)).into_par_iter().map_init(Vec::new, block).collect()
+    }
+
+    /// The sums of the rows of a block, which is decoded into `scratch` if they are not known.
+    pub(crate) fn sums_of(&self, block: usize, scratch: &mut Vec<[f32; 3]>) -> Arc<RowSums> {
+        let kept = self.0.sums.get(block);
+        if let Some(sums) = kept.and_then(OnceLock::get) {
+            return Arc::clone(sums);
+        }
+        let rows = self.rows(CodedRows::rows(self.0.height, block), scratch);
+        let sums = Arc::new(RowSums::of(self.0.width, rows));
+        kept.map_or(&sums, |kept| kept.get_or_init(|| Arc::clone(&sums))).clone()
+    }
+
+    /// Whether a pixel of a block may have a greater radiance; it is not decoded to find out.
+    pub(crate) fn may_exceed(&self, block: usize, radiance: f64) -> bool {
+        let sums = self.0.sums.get(block).and_then(OnceLock::get);
+        sums.is_none_or(|sums| sums.brightest > radiance)
     }
 
     /// Gives a function the wanted blocks of rows one after the other: the first row's number and the pixels.
@@ -258,7 +323,7 @@ impl fmt::Debug for Pixels {
 
 impl fmt::Debug for CodedRows {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("CodedRows").field(&self.0.len()).finish()
+        f.debug_tuple("CodedRows").field(&self.bytes.len()).finish()
     }
 }
 
@@ -318,6 +383,21 @@ mod tests {
         let [plain, coded] =
             [plain, coded].map(|pixels| pixels.replaced(vec![(0, [3.0; 3]), (96, [2.0; 3])]));
         assert_eq!(coded.into_whole(), plain.into_whole());
+    }
+
+    /// A thread that waits for the blocks takes up another task that needs the same pixels.
+    #[test]
+    fn tasks_of_one_pool_share_pixels_without_waiting_for_themselves() {
+        let (width, height) = (64, 40 * CodedRows::HEIGHT);
+        let plain = Pixels::new(width, (0..width * height).map(|i| [i as f32, 0.5, 0.1]).collect());
+        let blocks = plain.blocks();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+        for _ in 0..100 {
+            let coded = Pixels::of_blocks(width, height, blocks.clone());
+            pool.scope(|scope| {
+                (0..16).for_each(|_| scope.spawn(|_| assert_eq!(coded.whole(), plain.whole())));
+            });
+        }
     }
 
     #[test]

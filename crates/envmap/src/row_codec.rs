@@ -7,6 +7,12 @@
 //! them needs. Photographs become smaller than by OpenEXR's ZIP and PIZ, because their noise does not repeat.
 //!
 //! Equal values have equal bytes. Any bytes decode to something, without a panic.
+//!
+//! Encoder and decoder are compiled for each SIMD level. They compute with integers, and with products by
+//! powers of two, which are exact: all levels give the same bits.
+
+use pulp::{Simd, WithSimd};
+use sh::f64x4::SimdLevel;
 
 /// Pixels whose differences have the same number of bits.
 const RUN: usize = 16;
@@ -36,6 +42,7 @@ const HALF_SCALE: f32 = f32::from_bits((112 + 127) << 23);
 const HALF_UNSCALE: f32 = f32::from_bits((127 - 112) << 23);
 
 impl Form {
+    #[inline(always)]
     fn of(rows: &[[f32; 3]]) -> Self {
         let values = rows.as_flattened();
         // Bits are gathered without branches, which vector instructions do.
@@ -65,6 +72,7 @@ fn ordered(bits: u32) -> i32 {
 }
 
 /// A value of f32, or 0 in place of one that is not finite, which only damage can bring.
+#[inline(always)]
 fn finite(bits: u32) -> f32 {
     let value = f32::from_bits(bits);
     if value.is_finite() { value } else { 0.0 }
@@ -108,62 +116,97 @@ pub(crate) fn is_complete(width: usize, height: usize, coded: &[u8]) -> bool {
 
 /// The codes of rows of `width` pixels.
 pub(crate) fn encode(width: usize, rows: &[[f32; 3]]) -> Vec<u8> {
-    let form = Form::of(rows);
-    let is_clean =
-        rows.as_flattened().iter().fold(true, |clean, value| clean & (0.0..=f32::MAX).contains(value));
-    let mut bytes = vec![form as u8 | if is_clean { 0 } else { BAD }];
-    match form {
-        Form::Raw => {
-            bytes.reserve_exact(12 * rows.len());
-            bytes.extend(rows.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
-        }
-        Form::Upper => encode_as(width, rows, form, &mut bytes, |value| ordered(value.to_bits()) >> 16),
-        Form::Half => encode_as(width, rows, form, &mut bytes, |value| {
-            let sign = value.to_bits() & 1 << 31;
-            ordered((value.abs() * HALF_UNSCALE).to_bits() << 3 | sign) >> 16
-        }),
-        Form::Float => encode_as(width, rows, form, &mut bytes, |value| ordered(value.to_bits())),
-    }
-    bytes
+    SimdLevel::detect().run(Encode { width, rows })
 }
 
 /// Decodes rows of `width` pixels.
 pub(crate) fn decode(width: usize, bytes: &[u8], rows: &mut [[f32; 3]]) {
-    let Some((form, codes)) = bytes.split_first() else { return };
-    match form & !BAD {
-        0 => {
-            let values = rows.as_flattened_mut().iter_mut().zip(codes.as_chunks::<4>().0);
-            values.for_each(|(value, word)| *value = f32::from_le_bytes(*word));
+    SimdLevel::detect().run(Decode { width, bytes, rows });
+}
+
+struct Encode<'a> {
+    width: usize,
+    rows: &'a [[f32; 3]],
+}
+
+impl WithSimd for Encode<'_> {
+    type Output = Vec<u8>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<u8> {
+        let Self { width, rows } = self;
+        let form = Form::of(rows);
+        let is_clean = |value: &f32| (*value >= 0.0) & (*value <= f32::MAX);
+        let is_clean = rows.as_flattened().iter().fold(true, |clean, value| clean & is_clean(value));
+        let mut bytes = vec![form as u8 | if is_clean { 0 } else { BAD }];
+        match form {
+            Form::Raw => {
+                bytes.reserve_exact(12 * rows.len());
+                bytes.extend(rows.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
+            }
+            Form::Upper => encode_as(width, rows, form, &mut bytes, |value| ordered(value.to_bits()) >> 16),
+            Form::Half => encode_as(width, rows, form, &mut bytes, |value| {
+                let sign = value.to_bits() & 1 << 31;
+                ordered((value.abs() * HALF_UNSCALE).to_bits() << 3 | sign) >> 16
+            }),
+            Form::Float => encode_as(width, rows, form, &mut bytes, |value| ordered(value.to_bits())),
         }
-        1 => decode_as(width, codes, Form::Upper, rows, |code| {
-            finite(ordered((code << 16) as u32) as u32 & 0xffff_0000)
-        }),
-        2 => decode_as(width, codes, Form::Half, rows, |code| {
-            let bits = ordered((code << 16) as u32) as u32 & 0xffff_0000;
-            let value = f32::from_bits((bits & 0x7fff_0000) >> 3) * HALF_SCALE;
-            f32::from_bits(value.to_bits() | bits & 1 << 31)
-        }),
-        3 => decode_as(width, codes, Form::Float, rows, |code| finite(ordered(code as u32) as u32)),
-        _ => {}
+        bytes
+    }
+}
+
+struct Decode<'a> {
+    width: usize,
+    bytes: &'a [u8],
+    rows: &'a mut [[f32; 3]],
+}
+
+impl WithSimd for Decode<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { width, bytes, rows } = self;
+        let Some((form, codes)) = bytes.split_first() else { return };
+        match form & !BAD {
+            0 => {
+                let values = rows.as_flattened_mut().iter_mut().zip(codes.as_chunks::<4>().0);
+                values.for_each(|(value, word)| *value = f32::from_le_bytes(*word));
+            }
+            1 => decode_as(width, codes, Form::Upper, rows, |code| {
+                finite(ordered((code << 16) as u32) as u32 & 0xffff_0000)
+            }),
+            2 => decode_as(width, codes, Form::Half, rows, |code| {
+                let bits = ordered((code << 16) as u32) as u32 & 0xffff_0000;
+                let value = f32::from_bits((bits & 0x7fff_0000) >> 3) * HALF_SCALE;
+                f32::from_bits(value.to_bits() | bits & 1 << 31)
+            }),
+            3 => decode_as(width, codes, Form::Float, rows, |code| finite(ordered(code as u32) as u32)),
+            _ => {}
+        }
     }
 }
 
 /// The median of the neighbours to the left and above, and of the plane through three of them.
 #[inline(always)]
 fn predicted(left: i32, above: i32, corner: i32) -> i32 {
-    left.wrapping_add(above).wrapping_sub(corner).max(left.min(above)).min(left.max(above))
+    left.wrapping_add(above.wrapping_sub(corner)).max(left.min(above)).min(left.max(above))
 }
 
+#[inline(always)]
 fn encode_as(width: usize, rows: &[[f32; 3]], form: Form, bytes: &mut Vec<u8>, code: impl Fn(f32) -> i32) {
     // The first pixel is predicted from the one above it, as if that were to its left, too.
     let mut above = vec![[ONE[form as usize]; 3]; width + 1];
     let mut row = above.clone();
     let mut symbols = vec![[0_u32; 3]; width];
+    // Most photographs need less.
+    bytes.reserve(4 * rows.len());
     let mut writer = BitWriter { bytes, bits: 0, count: 0 };
     for pixels in rows.chunks_exact(width) {
         above[0] = above[1];
         row[0] = above[1];
-        row[1..].iter_mut().zip(pixels).for_each(|(row, pixel)| *row = pixel.map(&code));
+        let values = row[1..].as_flattened_mut().iter_mut().zip(pixels.as_flattened());
+        values.for_each(|(row, value)| *row = code(*value));
         let (left, own) = (row.as_flattened(), row[1..].as_flattened());
         let (corner, upper) = (above.as_flattened(), above[1..].as_flattened());
         let neighbours = left.iter().zip(upper).zip(corner);
@@ -173,67 +216,128 @@ fn encode_as(width: usize, rows: &[[f32; 3]], form: Form, bytes: &mut Vec<u8>, c
             let difference = own.wrapping_sub(predicted(*left, *upper, *corner));
             *symbol = (difference << 1 ^ difference >> 31) as u32;
         }
-        for symbols in symbols.chunks(RUN) {
-            (0..3).for_each(|channel| writer.run(symbols, channel));
-        }
+        let (runs, rest) = symbols.as_chunks::<RUN>();
+        runs.iter().for_each(|run| writer.run(run));
+        writer.last_run(rest);
         std::mem::swap(&mut above, &mut row);
     }
     writer.finish();
 }
 
+#[inline(always)]
 fn decode_as(width: usize, codes: &[u8], form: Form, rows: &mut [[f32; 3]], value: impl Fn(i32) -> f32) {
-    let mut above = vec![[ONE[form as usize]; 3]; width];
+    // The codes of the row above, which those of the row replace; the fourth lane is not used.
+    let mut line = vec![[ONE[form as usize]; 4]; width];
     let mut reader = BitReader { bytes: codes, position: 0 };
     for pixels in rows.chunks_exact_mut(width) {
-        let mut left = above[0];
-        let mut corner = above[0];
-        for (pixels, above) in pixels.chunks_mut(RUN).zip(above.chunks_mut(RUN)) {
-            let mut symbols = [[0_u32; RUN]; 3];
-            symbols.iter_mut().for_each(|symbols| reader.run(&mut symbols[..pixels.len()]));
-            let [red, green, blue] = &symbols;
-            for ((((pixel, above), red), green), blue) in
-                pixels.iter_mut().zip(above).zip(red).zip(green).zip(blue)
-            {
-                let symbols = [*red, *green, *blue];
-                for channel in 0..3 {
-                    let symbol = symbols[channel];
-                    let difference = (symbol >> 1 ^ (symbol & 1).wrapping_neg()) as i32;
-                    let guess = predicted(left[channel], above[channel], corner[channel]);
-                    left[channel] = guess.wrapping_add(difference);
-                }
-                corner = *above;
-                *above = left;
-                *pixel = left.map(&value);
-            }
+        let mut state = [line[0]; 2];
+        let (runs, rest) = pixels.as_chunks_mut::<RUN>();
+        let (lines, rest_of_line) = line.as_chunks_mut::<RUN>();
+        for (pixels, line) in runs.iter_mut().zip(lines) {
+            let symbols = [reader.run(), reader.run(), reader.run()];
+            state = add_differences(symbols, state, line, pixels, &value);
+        }
+        if !rest.is_empty() {
+            let length = rest.len();
+            let symbols = [reader.last_run(length), reader.last_run(length), reader.last_run(length)];
+            add_differences(symbols, state, rest_of_line, rest, &value);
         }
     }
+}
+
+/// The pixels of a run, from the codes to the left of it and above that.
+#[inline(always)]
+fn add_differences(
+    symbols: [[u32; RUN]; 3],
+    [mut left, mut corner]: [[i32; 4]; 2],
+    line: &mut [[i32; 4]],
+    pixels: &mut [[f32; 3]],
+    value: impl Fn(i32) -> f32,
+) -> [[i32; 4]; 2] {
+    let mut differences = [[0; 4]; RUN];
+    for channel in 0..3 {
+        for index in 0..RUN {
+            let symbol = symbols[channel][index];
+            differences[index][channel] = (symbol >> 1 ^ (symbol & 1).wrapping_neg()) as i32;
+        }
+    }
+    for (above, difference) in line.iter_mut().zip(&differences) {
+        let mut own = [0; 4];
+        for lane in 0..4 {
+            own[lane] = predicted(left[lane], above[lane], corner[lane]).wrapping_add(difference[lane]);
+        }
+        (left, corner, *above) = (own, *above, own);
+    }
+    // All lanes at once: without the fourth, values would be converted one by one.
+    let mut values = [[0.0; 4]; RUN];
+    let converted = values.as_flattened_mut().iter_mut().zip(line.as_flattened());
+    converted.for_each(|(to, code)| *to = value(*code));
+    for (pixel, value) in pixels.iter_mut().zip(&values) {
+        *pixel = [value[0], value[1], value[2]];
+    }
+    [left, corner]
 }
 
 /// Puts numbers of a few bits one after the other, the lowest bits first.
 struct BitWriter<'a> {
     bytes: &'a mut Vec<u8>,
     bits: u64,
+    /// Below 64.
     count: u32,
 }
 
+/// The most bits of a number of which four are written or read at once.
+const MAX_WIDTH_OF_FOUR: u32 = 14;
+
 impl BitWriter<'_> {
-    /// A number of at most 32 bits.
+    /// A number of at most 56 bits.
     #[inline(always)]
-    fn write(&mut self, bits: u32, count: u32) {
-        self.bits |= u64::from(bits) << self.count;
-        self.count += count;
-        if self.count >= 32 {
-            self.bytes.extend_from_slice(&(self.bits as u32).to_le_bytes());
-            self.bits >>= 32;
-            self.count -= 32;
+    fn write(&mut self, bits: u64, width: u32) {
+        self.bits |= bits << self.count;
+        let count = self.count + width;
+        if count >= 64 {
+            self.bytes.extend_from_slice(&self.bits.to_le_bytes());
+            self.bits = bits >> (64 - self.count);
+        }
+        self.count = count % 64;
+    }
+
+    /// A run of each channel.
+    #[inline(always)]
+    fn run(&mut self, run: &[[u32; 3]; RUN]) {
+        for channel in 0..3 {
+            let mut symbols = [0; RUN];
+            for index in 0..RUN {
+                symbols[index] = run[index][channel];
+            }
+            let width = bits_of(&symbols);
+            if width > MAX_WIDTH_OF_FOUR {
+                self.symbols(&symbols, width);
+                continue;
+            }
+            self.write(u64::from(width), WIDTH);
+            for four in symbols.as_chunks::<4>().0 {
+                let [a, b, c, d] =
+                    [u64::from(four[0]), u64::from(four[1]), u64::from(four[2]), u64::from(four[3])];
+                self.write(a | b << width | (c | d << width) << (2 * width), 4 * width);
+            }
         }
     }
 
-    #[inline(always)]
-    fn run(&mut self, symbols: &[[u32; 3]], channel: usize) {
-        let width = u32::BITS - symbols.iter().fold(0, |bits, rgb| bits | rgb[channel]).leading_zeros();
-        self.write(width, WIDTH);
-        symbols.iter().for_each(|rgb| self.write(rgb[channel], width));
+    /// A run of each channel that the row's end cuts off.
+    fn last_run(&mut self, run: &[[u32; 3]]) {
+        for channel in 0..3 {
+            let mut symbols = [0; RUN];
+            symbols.iter_mut().zip(run).for_each(|(symbol, rgb)| *symbol = rgb[channel]);
+            if !run.is_empty() {
+                self.symbols(&symbols[..run.len()], bits_of(&symbols));
+            }
+        }
+    }
+
+    fn symbols(&mut self, symbols: &[u32], width: u32) {
+        self.write(u64::from(width), WIDTH);
+        symbols.iter().for_each(|symbol| self.write(u64::from(*symbol), width));
     }
 
     fn finish(self) {
@@ -243,6 +347,15 @@ impl BitWriter<'_> {
         self.bytes.shrink_to_fit();
     }
 }
+
+/// The bits of the largest of some numbers.
+#[inline(always)]
+fn bits_of(symbols: &[u32; RUN]) -> u32 {
+    u32::BITS - symbols.iter().fold(0, |bits, symbol| bits | symbol).leading_zeros()
+}
+
+/// Bytes from which a run of any width can be read, wherever in the first of them it begins.
+const WINDOW: usize = 64 + PADDING;
 
 struct BitReader<'a> {
     bytes: &'a [u8],
@@ -260,9 +373,45 @@ impl BitReader<'_> {
         (bits & ((1 << width) - 1)) as u32
     }
 
-    fn run(&mut self, symbols: &mut [u32]) {
-        let width = self.read(WIDTH as usize).min(32) as usize;
-        symbols.iter_mut().for_each(|symbol| *symbol = self.read(width));
+    #[inline(always)]
+    fn width(&mut self) -> usize {
+        self.read(WIDTH as usize).min(32) as usize
+    }
+
+    #[inline(always)]
+    fn run(&mut self) -> [u32; RUN] {
+        let width = self.width();
+        let window = self.bytes.get(self.position / 8..).and_then(|bytes| bytes.first_chunk::<WINDOW>());
+        let Some(window) = window.filter(|_| width <= MAX_WIDTH_OF_FOUR as usize) else {
+            return self.symbols(width, RUN);
+        };
+        let mut symbols = [0; RUN];
+        let mut position = self.position % 8;
+        let mask = (1 << width) - 1;
+        for four in symbols.as_chunks_mut::<4>().0 {
+            // At most 7 + 12 * 14 bits, which the compiler does not find out.
+            let at = position / 8 % 64;
+            let word = window[at..].first_chunk().map_or(0, |word| u64::from_le_bytes(*word));
+            let bits = word >> (position % 8);
+            for (index, symbol) in four.iter_mut().enumerate() {
+                *symbol = (bits >> (index * width) & mask) as u32;
+            }
+            position += 4 * width;
+        }
+        self.position += RUN * width;
+        symbols
+    }
+
+    /// A run that the row's end cuts off.
+    fn last_run(&mut self, length: usize) -> [u32; RUN] {
+        let width = self.width();
+        self.symbols(width, length)
+    }
+
+    fn symbols(&mut self, width: usize, length: usize) -> [u32; RUN] {
+        let mut symbols = [0; RUN];
+        symbols.iter_mut().take(length).for_each(|symbol| *symbol = self.read(width));
+        symbols
     }
 }
 
@@ -294,7 +443,7 @@ mod tests {
         let forms: [(Form, &dyn Fn(u32) -> f32); 4] =
             [(Form::Upper, &rgbe), (Form::Half, &half), (Form::Float, &float), (Form::Raw, &f32::from_bits)];
         for (form, value) in forms {
-            for width in [1, 15, 16, 17, 40] {
+            for width in [1, 15, 16, 17, 40, 100] {
                 let mut state = 1_u32;
                 let mut next = || {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -305,6 +454,12 @@ mod tests {
                     rows[0][1] = f32::NAN;
                 }
                 let coded = encode(width, &rows);
+                let portable = SimdLevel::Portable.run(Encode { width, rows: &rows });
+                assert_eq!(coded, portable, "{form:?} {width}");
+                let mut decoded_portably = vec![[7.0; 3]; rows.len()];
+                let decode = Decode { width, bytes: &coded, rows: &mut decoded_portably };
+                SimdLevel::Portable.run(decode);
+                assert_eq!(bits(&decoded_portably), bits(&rows), "{form:?} {width}");
                 // A single random value may fit an earlier form.
                 assert!(width == 1 || coded[0] & !BAD == form as u8, "{form:?} {width}: {}", coded[0]);
                 assert!(is_complete(width, 5, &coded));
@@ -314,6 +469,55 @@ mod tests {
                     rows.iter().flatten().all(|value| (0.0..=f32::MAX).contains(value))
                 );
                 assert_eq!(is_finite(&coded), rows.iter().flatten().all(|value| value.is_finite()));
+            }
+        }
+    }
+
+    /// The bytes of rows of RGBE, written bit by bit.
+    fn bit_by_bit(width: usize, rows: &[[f32; 3]]) -> Vec<u8> {
+        let code = |x: usize, y: usize, c: usize| i64::from(ordered(rows[y * width + x][c].to_bits()) >> 16);
+        let mut bits = Vec::new();
+        for (y, start) in (0..rows.len() / width).flat_map(|y| (0..width).step_by(RUN).map(move |x| (y, x))) {
+            for c in 0..3 {
+                let symbol = |x: usize| {
+                    let above = |x: usize| if y == 0 { 0x3f80 } else { code(x, y - 1, c) };
+                    let left = if x == 0 { above(0) } else { code(x - 1, y, c) };
+                    let corner = above(x.saturating_sub(1));
+                    let mut guesses = [left, above(x), left + above(x) - corner];
+                    guesses.sort_unstable();
+                    let difference = code(x, y, c) - guesses[1];
+                    if difference < 0 { -2 * difference - 1 } else { 2 * difference }
+                };
+                let symbols: Vec<i64> = (start..width.min(start + RUN)).map(symbol).collect();
+                let count = (0..).find(|count| symbols.iter().all(|symbol| symbol >> count == 0)).unwrap();
+                bits.extend((0..WIDTH).map(|bit| count >> bit & 1 == 1));
+                symbols.iter().for_each(|symbol| bits.extend((0..count).map(|bit| symbol >> bit & 1 == 1)));
+            }
+        }
+        let byte = |bits: &[bool]| bits.iter().rev().fold(0, |byte, bit| byte << 1 | u8::from(*bit));
+        let bytes = bits.chunks(8).map(byte);
+        [Form::Upper as u8].into_iter().chain(bytes).chain([0; PADDING]).collect()
+    }
+
+    /// Numbers of few bits are written and read four at a time, others one by one.
+    #[test]
+    fn every_level_writes_what_is_written_bit_by_bit() {
+        let mut state = 1_u32;
+        let mut next = |most: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            ((u64::from(state) * u64::from(most)) >> 32) as u32
+        };
+        for width in [1, 16, 17, 333] {
+            for most in [1, 2, 5, 40, 1000, 8000, 0x3000] {
+                let value = |noise: u32| f32::from_bits((0x3f80 + noise) << 16);
+                let rows: Vec<_> = (0..7 * width).map(|_| [(); 3].map(|()| value(next(most)))).collect();
+                let expected = bit_by_bit(width, &rows);
+                for level in [SimdLevel::detect(), SimdLevel::Portable] {
+                    assert_eq!(level.run(Encode { width, rows: &rows }), expected, "{width} {most}");
+                    let mut decoded = vec![[7.0; 3]; rows.len()];
+                    level.run(Decode { width, bytes: &expected, rows: &mut decoded });
+                    assert_eq!(bits(&decoded), bits(&rows), "{width} {most}");
+                }
             }
         }
     }

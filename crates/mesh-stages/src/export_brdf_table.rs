@@ -21,8 +21,9 @@
 //! Row l*l + l + m is the real orthonormal harmonic Y_lm without the Condon-Shortley phase. The metadata of
 //! the file repeat all of this: `frame`, `basis`, `degree`, `channels`, `below` (which texel a view from
 //! below the horizon uses) and `incident` (`hemisphere`, or `sphere` if light from below the horizon is
-//! reflected), with the prefix `specula.` in KTX2 and OpenEXR. Hardware can filter the layers bilinearly;
-//! clamp at the edges.
+//! reflected), with the prefix `specula.` in KTX2 and OpenEXR. If two parameters of the material vary, `grid`
+//! is `Q_a x Q_b`, and material a Q_b + b is at step a of the first and b of the second. Hardware can filter
+//! the layers bilinearly; clamp at the edges.
 //!
 //! ```glsl
 //! // The place of a view in the surface's frame.
@@ -114,8 +115,9 @@ impl Kind for ExportBrdfTable {
 
 /// The file's entries, and the names of its rows.
 fn entries(table: &BrdfTable, names: &[String]) -> Vec<(String, String)> {
-    let entries = brdf_table_metadata(table).map(|(key, value)| (format!("specula.{key}"), value));
-    entries.into_iter().chain([("specula.rows".to_owned(), names.join(" "))]).collect()
+    let entries = brdf_table_metadata(table).into_iter();
+    let entries = entries.map(|(key, value)| (format!("specula.{key}"), value));
+    entries.chain([("specula.rows".to_owned(), names.join(" "))]).collect()
 }
 
 fn borrowed(entries: &[(String, String)]) -> Vec<(&str, &str)> {

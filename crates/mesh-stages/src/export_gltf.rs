@@ -14,6 +14,7 @@
 //! | | `_RADIANCE` VEC3 | the radiance itself, signed, in the unit of the light |
 //! | `transfer`, `matte` | `_TRANSFER_0` to `_TRANSFER_6` VEC4 | t_j: component j % 4 of attribute j / 4; zeros after the last |
 //! | `transfer`, with `matrices` | `_TRANSFER_X` and `_TRANSFER_Z` VEC4 | two axes of the vertex's frame; then the column and the row of its first texel |
+//! | `table` | `_TRANSFER_n` VEC4 | the vectors of a fixed view, as above |
 //! | `lighting` | `_SH_DEGREE_l_COEF_n` VEC3 | the light's coefficients at the vertex, m = n - l |
 //!
 //! All numbers are 32-bit floats. Attributes with an underscore all have the width of the widest of them,
@@ -93,6 +94,26 @@
 //! 188,416 vertices, or 57,344 if red, green and blue each have a transfer. With `gltf`, it is an error if
 //! a vertex of the asset became several vertices: give the asset normals and tangents.
 //!
+//! ## A fixed view
+//!
+//! If only the light moves, the view of each vertex is fixed, and so are the coefficients c_i of its material
+//! for that view (Kautz, Sloan and Snyder 2002, section 4.1). Then a vector is enough, even for a brushed
+//! material with shadows. Connect the `table` (`tabulate-brdf`), a `transfer` of matrices if the mesh is to
+//! shadow itself, and `blend` (`vertex-blend`) if the table has several materials:
+//!
+//! ```toml
+//! [stage.posed]
+//! kind = "export-gltf"
+//! inputs = { mesh = "mesh", table = "table", transfer = "transfer" }
+//! camera = [4, 0, 1]
+//! path = "{mesh}/posed"
+//! ```
+//!
+//! `_TRANSFER_n` then has t_j = the sum over i of c_i T_ij, or without a transfer the c_i turned from the
+//! frame of the vertex to that of the mesh, and the sum over j of t_j L_j is the radiance toward the viewer.
+//! The shader is that of matte vectors, with an albedo of 1. A table of colours has `_RED_TRANSFER_n` and so
+//! on. `degree` truncates the vectors.
+//!
 //! ## Light at the vertices
 //!
 //! `lighting` is written for each vertex in the frame of the mesh, not of the vertex, so that a shader can
@@ -102,6 +123,10 @@
 //!   shadows of the mesh: T L rotated back to the mesh's frame;
 //! - with a `matte` transfer, or none: the light itself, without the shadows of the mesh, which are in the
 //!   vectors t_j.
+//!
+//! If the light is fixed and the view moves, a shader multiplies the light by c_i(v) of `export-brdf-table`,
+//! which are in the frame of the vertex (x the tangent, z the normal, y = z x x). With `light-frame =
+//! "vertex"` the light is in that frame too, so nothing is left to rotate.
 //!
 //! A `light-field` gives each vertex the light at its position. Suns and lamps are part of the
 //! coefficients. `degree` truncates them, so near a lamp they ring below zero, as every truncated series
@@ -130,17 +155,15 @@
 use std::path::Path;
 
 use containers::{GlbText, Precision, VertexAttribute, write_glb, write_into_gltf};
-use engine::{
-    Artifact, Context, Digest, Failure, Inputs, ItemKey, Kind, Output, Port, Product, Reporter, choice,
-    parameters,
-};
+use engine::{Context, Digest, Failure, ItemKey, Kind, Output, Port, Product, Reporter, choice, parameters};
 use mesh::Mesh;
-use sh::{Degree, Expansion};
 use stages::artifacts;
-use stages::plugin::{STOPS, picture_exposure, report_loss, size};
-use transfer::{Form, Frames, LightField, StoredTransfer, arriving};
+use stages::plugin::{Place, STOPS, Vector, blended_frames, picture_exposure, report_loss, size};
+use transfer::{Frames, StoredTransfer};
 
 use crate::transfer_texture::{MatrixTexture, matrix_texture};
+use crate::vertex_coefficients::{light_at_vertices, matte_vectors, vertex_light, view_vectors};
+use crate::viewer::{given_twice, viewer};
 
 choice! {
     /// The numbers of the texture of matrices.
@@ -151,6 +174,16 @@ choice! {
         Half = "half",
         /// 32 bits.
         Float = "float",
+    }
+}
+
+choice! {
+    /// The frame of the light at a vertex.
+    pub(crate) enum LightFrame {
+        /// That of the mesh.
+        Mesh = "mesh",
+        /// That of the vertex.
+        Vertex = "vertex",
     }
 }
 
@@ -176,7 +209,13 @@ parameters! {
         /// exposure of its pictures.
         #[range(STOPS)]
         exposure: f64 = 0.0,
-        /// With `lighting`: the highest l that is written, if the light has it.
+        /// With `table`: the direction from the mesh toward a distant viewer. Default: [1, 0, 0].
+        view: Option<Vector> = None,
+        /// With `table`: the position of the viewer, in the mesh's unit, instead of `view`.
+        camera: Option<Place> = None,
+        /// With `lighting`: the frame of the light at a vertex; see Light at the vertices.
+        light_frame: LightFrame = LightFrame::Mesh,
+        /// With `lighting` or `table`: the highest l that is written, if they have it.
         #[range(0..=8)]
         degree: usize = 4,
         /// Whether the matrices of the transfer are written into a texture next to the file, with 16-bit or
@@ -209,6 +248,8 @@ impl Kind for ExportGltf {
             Port::one::<artifacts::Mesh>("mesh"),
             Port::one::<artifacts::VertexRadiance>("radiance").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
+            Port::one::<artifacts::BrdfTable>("table").optional(),
+            Port::one::<artifacts::VertexBlend>("blend").optional(),
             Port::one::<artifacts::Lighting>("lighting").or::<artifacts::LightField>().optional(),
             Port::one::<artifacts::Environment>("environment").or::<artifacts::Lighting>().optional(),
         ]
@@ -222,12 +263,25 @@ impl Kind for ExportGltf {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        match parameters.gltf {
-            Some(_) if parameters.exposure != 0.0 => {
-                vec![("exposure", "has no effect with gltf, because COLOR_0 is not written".into())]
-            }
-            _ => Vec::new(),
+        let mut errors = Vec::new();
+        if parameters.gltf.is_some() && parameters.exposure != 0.0 {
+            errors.push(("exposure", "has no effect with gltf, because COLOR_0 is not written".into()));
         }
+        errors.extend(given_twice(parameters.camera, parameters.view));
+        errors
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let needs = [
+            ("view", parameters.view.is_some(), "table"),
+            ("camera", parameters.camera.is_some(), "table"),
+            ("light-frame", parameters.light_frame == LightFrame::Vertex, "lighting"),
+        ];
+        let has = |port: &str| types.iter().any(|(name, _)| *name == port);
+        let needs = needs.into_iter().filter(|(_, is_given, port)| *is_given && !has(port));
+        let errors = needs.map(|(name, _, port)| (name, format!("only an input `{port}` uses it")));
+        let blend = (has("blend") && !has("table")).then(|| ("inputs", "`blend` needs a `table`".into()));
+        errors.chain(blend).collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -262,7 +316,20 @@ impl Kind for ExportGltf {
             }
             None => None,
         };
-        let vectors = transfer.and_then(vectors);
+        let table = context.inputs.optional::<artifacts::BrdfTable>("table")?;
+        let matte = transfer.and_then(matte_vectors);
+        let vectors = match &table {
+            Some(_) if matte.is_some() => {
+                return Err(Failure::new("a matte transfer has no matrices, which the table needs")
+                    .help("bake the transfer with form = \"matrices\", or leave out `table`"));
+            }
+            Some(table) => {
+                let viewer = viewer(parameters.camera, parameters.view);
+                let frames = blended_frames(context, mesh, &table.0)?;
+                Some(view_vectors(&frames, &table.0, viewer, transfer, parameters.degree)?)
+            }
+            None => matte,
+        };
         let light = vertex_light(&context.inputs)?;
         let texture = matrices(parameters, mesh, transfer, context.recipe())?;
         if transfer.is_some() && vectors.is_none() && light.is_none() && texture.is_none() {
@@ -275,8 +342,8 @@ impl Kind for ExportGltf {
             extras.push(("basis", BASIS));
         }
         if let Some(light) = &light {
-            let matrices = transfer.filter(|_| vectors.is_none());
-            attributes.extend(light_at_vertices(mesh, matrices, light, parameters.degree)?);
+            let in_frames = parameters.light_frame == LightFrame::Vertex;
+            attributes.extend(light_at_vertices(mesh, transfer, light, parameters.degree, in_frames)?);
         }
         attributes.extend(vectors.into_iter().flatten());
         if let Some(MatrixTexture { file, size: [columns, rows], attributes: frame }) = &texture {
@@ -414,87 +481,6 @@ fn colours(radiance: &[[f32; 3]], stops: f64, reporter: &Reporter) -> VertexAttr
     attribute("COLOR_0", 3, exposed.iter().map(|value| value.clamp(0.0, 1.0)).collect())
 }
 
-fn attribute(name: &str, width: usize, values: Vec<f32>) -> VertexAttribute {
+pub(crate) fn attribute(name: &str, width: usize, values: Vec<f32>) -> VertexAttribute {
     VertexAttribute { name: name.into(), width, values }
-}
-
-/// The vectors of a matte transfer, four components an attribute; `None` for another form.
-fn vectors(transfer: &StoredTransfer) -> Option<Vec<VertexAttribute>> {
-    let prefixes: &[&str] = if transfer.channels().len() == 1 { &[""] } else { &["_RED", "_GREEN", "_BLUE"] };
-    let mut attributes = Vec::new();
-    for (form, prefix) in transfer.channels().iter().zip(prefixes) {
-        let Form::Matte(matte) = form else { return None };
-        let columns = matte.input().rows();
-        for first in (0..columns).step_by(4) {
-            let four = |t: &[f32]| [0, 1, 2, 3].map(|k| t.get(first + k).copied().unwrap_or(0.0));
-            attributes.push(VertexAttribute {
-                name: format!("{prefix}_TRANSFER_{}", first / 4),
-                width: 4,
-                values: matte.values().chunks_exact(columns).flat_map(four).collect(),
-            });
-        }
-    }
-    Some(attributes)
-}
-
-/// The light of the mesh's surroundings.
-enum VertexLight {
-    /// The light is the same everywhere.
-    Distant(Expansion),
-    /// The light is another at each place.
-    Near(LightField),
-}
-
-/// The light that is connected as `lighting`.
-fn vertex_light(inputs: &Inputs) -> Result<Option<VertexLight>, Failure> {
-    if inputs.type_at("lighting") == Some(artifacts::LightField::TYPE) {
-        let field = inputs.get::<artifacts::LightField>("lighting")?;
-        return Ok(Some(VertexLight::Near(field.0.clone())));
-    }
-    let lighting = inputs.optional::<artifacts::Lighting>("lighting")?;
-    Ok(lighting.map(|lighting| VertexLight::Distant(lighting.0.whole())))
-}
-
-/// The light at each vertex up to a degree, an attribute for each coefficient: past the mesh if there are
-/// matrices.
-fn light_at_vertices(
-    mesh: &Mesh,
-    matrices: Option<&StoredTransfer>,
-    light: &VertexLight,
-    most: usize,
-) -> Result<Vec<VertexAttribute>, Failure> {
-    let (vertices, most) = (mesh.positions().len(), Degree::new(most)?);
-    let numbers = |light: &Expansion| -> Vec<f32> {
-        let light = light.to_degree(light.degree().min(most));
-        light.coefficients().as_flattened().iter().map(|value| *value as f32).collect()
-    };
-    let values = match matrices {
-        Some(transfer) => {
-            let frames = Frames::of(mesh)?;
-            let matrices = transfer.matrices(&frames);
-            let matrices = matrices.ok_or_else(|| Failure::new("the transfer belongs to another mesh"))?;
-            match light {
-                VertexLight::Distant(light) => arriving(&frames, &matrices, light),
-                VertexLight::Near(field) => field.arriving(&frames, &matrices),
-            }
-        }
-        None => match light {
-            VertexLight::Distant(light) => numbers(light).repeat(vertices),
-            VertexLight::Near(field) => {
-                let at = |place: &[f32; 3]| numbers(&field.at(place.map(f64::from)));
-                mesh.positions().iter().flat_map(at).collect()
-            }
-        },
-    };
-    let rows = values.len() / (3 * vertices);
-    let row = |row: usize| {
-        let l = row.isqrt();
-        let values = values.chunks_exact(3 * rows).flat_map(|vertex| &vertex[3 * row..][..3]);
-        VertexAttribute {
-            name: format!("_SH_DEGREE_{l}_COEF_{}", row - l * l),
-            width: 3,
-            values: values.copied().collect(),
-        }
-    };
-    Ok((0..rows.min(most.rows())).map(row).collect())
 }

@@ -15,6 +15,8 @@ mod shade_vertices;
 mod tabulate_brdf;
 mod transfer_texture;
 mod vertex_blend;
+mod vertex_coefficients;
+mod viewer;
 
 use engine::Kinds;
 

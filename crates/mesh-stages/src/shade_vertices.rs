@@ -42,24 +42,45 @@
 //! If you connect the `transfer` of the same mesh (`precompute-transfer`), the mesh shadows itself: B = sum
 //! of c_i (T L)_i.
 //!
-//! If a table has several materials, `blend`, a number at each vertex (`vertex-blend`), blends between
-//! them: 0 is the first material, 1 the last. Another blend or another table needs no new transfer.
+//! If a table has several materials, `blend`, a number at each vertex (`vertex-blend`), or two, blends
+//! between them: 0 is the first material, 1 the last. Another blend or another table needs no new transfer.
 //!
 //! ## View
 //!
 //! The viewer is far away in the direction `view`, or at the position `camera`. Results are linear, in the
 //! light's unit, and signed, because a series rings below zero near bright lamps; the build reports how
 //! many vertices do, as a warning if they are more than 1 %.
+//!
+//! ## Window
+//!
+//! `window = "non-negative"` softens the series of the light by the weakest window that leaves no vertex
+//! below zero for this viewer: the coefficients of degree l are divided by 1 + lambda l^2 (l + 1)^2 (Sloan
+//! 2008, "Stupid spherical harmonics (SH) tricks"). A note names lambda and what the highest degree keeps,
+//! as the warning does without the window. Other views may need more: take the one that needs most, or
+//! soften the light for all of them with `window` of `project-sh`.
 
 use brdf::BrdfTable;
 use containers::tensors::OfMesh;
 use engine::{
-    Artifact, Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Reporter, Steps, parameters,
+    Artifact, Context, Digest, Failure, Inputs, Kind, Output, Port, Product, Reporter, Steps, choice,
+    parameters,
 };
-use sh::{Degree, Expansion, Light, Lighting};
+use sh::{Degree, Expansion, Light, Lighting, Penalty, Window};
 use stages::artifacts;
-use stages::plugin::{Place, UntilStopped, Vector, blended_frames, report_loss};
+use stages::plugin::{Place, UntilStopped, Vector, WARNED_LOSS, blended_frames, report_loss};
 use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, shade_lights};
+
+use crate::viewer::{given_twice, viewer};
+
+choice! {
+    /// A window for the series of the light.
+    pub(crate) enum WindowName {
+        /// No window.
+        None = "none",
+        /// The weakest that leaves no vertex below zero.
+        NonNegative = "non-negative",
+    }
+}
 
 parameters! {
     /// Parameters of `shade-vertices`.
@@ -71,6 +92,8 @@ parameters! {
         /// With `material`: the number of rays toward each lamp, spread over its disk; 0 casts no shadows.
         #[range(0..=4096)]
         shadow_rays: usize = 16,
+        /// What softens the series of the light; see Window.
+        window: WindowName = WindowName::None,
     }
 }
 
@@ -103,10 +126,7 @@ impl Kind for ShadeVertices {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        match (parameters.view, parameters.camera) {
-            (Some(_), Some(_)) => vec![("camera", "view already sets the viewer".into())],
-            _ => Vec::new(),
-        }
+        given_twice(parameters.camera, parameters.view).into_iter().collect()
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -121,10 +141,7 @@ impl Kind for ShadeVertices {
             return Err(Failure::new("the transfer belongs to another mesh")
                 .help("connect the mesh that precompute-transfer used, including its tangents"));
         }
-        let viewer = match (parameters.camera, parameters.view) {
-            (Some(Place(place)), _) => Viewer::At(place),
-            (None, view) => Viewer::Distant(view.unwrap_or(Vector([1.0, 0.0, 0.0])).direction()),
-        };
+        let viewer = viewer(parameters.camera, parameters.view);
         let material = context.inputs.optional::<artifacts::Material>("material")?;
         if material.is_some() && table.count() > 1 {
             let count = table.count();
@@ -139,30 +156,49 @@ impl Kind for ShadeVertices {
         }
         let (soft, lamps) = light(&context.inputs, material.is_some())?;
         let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
-        let mut value = shade_soft(reporter, &frames, table, viewer, transfer, &soft)?;
+        note_cuts(reporter, table, transfer, &soft);
+        let shaded = |soft: &Soft| shade_soft(&frames, table, viewer, transfer, soft);
+        let mut value = shaded(&soft)?;
+        let mut of_lamps = vec![[0.0; 3]; value.len()];
         if let Some(material) = &material {
             let occluders = (parameters.shadow_rays > 0).then(|| Occluders::of(&mesh.0));
             let count = if parameters.shadow_rays > 0 { parameters.shadow_rays } else { UNSHADOWED };
             let steps = Steps::new(reporter, frames.len().div_ceil(8));
-            let lit = steps.until_stopped(|stop| {
+            of_lamps = steps.until_stopped(|stop| {
                 shade_lights(&frames, occluders.as_ref(), &material.0, viewer, &lamps, count, stop)
             })?;
-            for (sum, lit) in value.iter_mut().zip(lit) {
-                (0..3).for_each(|channel| sum[channel] += lit[channel]);
-            }
+            add(&mut value, 1.0, &of_lamps);
             reporter.note(match lamps.len() {
                 0 => "there are no separate lamps, so the material is not used".to_owned(),
                 1 => "the material shades 1 lamp".to_owned(),
                 lamps => format!("the material shades {lamps} lamps"),
             });
         }
-        let negative = value.iter().filter(|rgb| rgb.iter().any(|value| *value < 0.0)).count();
+        let negative = negative(&value);
         if negative > 0 {
             let part = negative as f64 / value.len() as f64;
             let what = "the vertices are below zero in a channel, which a renderer shows as black";
-            let help = "connect `material`, which keeps lamps out of the series, or set non-negative = \"nearest\" in \
-                        the light's project-sh";
-            report_loss(reporter, part, what, help);
+            let softened = match (parameters.window, part > WARNED_LOSS) {
+                (WindowName::None, false) => None,
+                _ => Softened::least(&soft, &of_lamps, reporter, shaded)?,
+            };
+            let name = softened.as_ref().map(Softened::name);
+            match (parameters.window, softened, name) {
+                (WindowName::NonNegative, Some(softened), Some(name)) => {
+                    reporter.note(format!("{:.1} % of {what}, without {name}", 100.0 * part));
+                    value = softened.value;
+                }
+                (_, _, name) => {
+                    let window = name
+                        .map(|name| format!(", or window = \"non-negative\", {name}"))
+                        .unwrap_or_default();
+                    let help = format!(
+                        "connect `material`, which keeps lamps out of the series, or set non-negative = \
+                         \"nearest\" in the light's project-sh{window}"
+                    );
+                    report_loss(reporter, part, what, &help);
+                }
+            }
         }
         Output::artifact(artifacts::VertexRadiance(OfMesh { value, mesh: digest }))
     }
@@ -186,6 +222,89 @@ impl Soft {
             Self::Near(field) => field.degree(),
         }
     }
+
+    /// The light without other degrees than `l`.
+    fn only(&self, l: usize) -> Self {
+        let only = |light: &Expansion| {
+            let mut band = Expansion::zero(light.degree());
+            if l <= light.degree().get() {
+                let rows = l * l..(l + 1) * (l + 1);
+                band.coefficients_mut()[rows.clone()].copy_from_slice(&light.coefficients()[rows]);
+            }
+            band
+        };
+        match self {
+            Self::Distant(light) => Self::Distant(only(light)),
+            Self::Near(field) => Self::Near(field.with_lights(only)),
+        }
+    }
+}
+
+/// The number of vertices that are below zero in a channel.
+fn negative(value: &[[f32; 3]]) -> usize {
+    value.iter().filter(|rgb| rgb.iter().any(|value| *value < 0.0)).count()
+}
+
+fn add(sums: &mut [[f32; 3]], factor: f64, values: &[[f32; 3]]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        (0..3).for_each(|channel| sum[channel] += factor as f32 * value[channel]);
+    }
+}
+
+/// Vertices under light that a window softens.
+struct Softened {
+    penalty: Penalty,
+    /// The share of the highest degree's coefficients that is left.
+    kept: f64,
+    value: Vec<[f32; 3]>,
+}
+
+impl Softened {
+    /// The vertices under the weakest window that leaves none below zero, up to a hundredth of its penalty;
+    /// `None` if even the mean of the light does not. `lamps` are added without a window.
+    fn least(
+        soft: &Soft,
+        lamps: &[[f32; 3]],
+        reporter: &Reporter,
+        shaded: impl Fn(&Soft) -> Result<Vec<[f32; 3]>, Failure>,
+    ) -> Result<Option<Self>, Failure> {
+        /// The penalties between which the weakest is looked for: what changes nothing, and what leaves the
+        /// mean.
+        const PENALTIES: [f64; 2] = [1e-9, 1e6];
+        // Radiance is linear in the light, so that each degree is shaded once.
+        let degrees = (0..=soft.degree().get()).map(|l| {
+            reporter.check_cancelled()?;
+            shaded(&soft.only(l))
+        });
+        let degrees: Vec<Vec<[f32; 3]>> = degrees.collect::<Result<_, _>>()?;
+        let softened = |lambda: f64| -> Result<Self, Failure> {
+            let penalty = Penalty::new(lambda).map_err(|error| Failure::new(error.to_string()))?;
+            let factor = |l: usize| Window::Laplacian(penalty).factor(l, soft.degree());
+            let mut value = lamps.to_vec();
+            degrees.iter().enumerate().for_each(|(l, of_degree)| add(&mut value, factor(l), of_degree));
+            Ok(Self { penalty, kept: factor(soft.degree().get()), value })
+        };
+        let [mut low, mut high] = PENALTIES;
+        let mut best = softened(high)?;
+        if negative(&best.value) > 0 {
+            return Ok(None);
+        }
+        while high > 1.01 * low {
+            let middle = (low * high).sqrt();
+            let found = softened(middle)?;
+            if negative(&found.value) > 0 {
+                low = middle;
+            } else {
+                (high, best) = (middle, found);
+            }
+        }
+        Ok(Some(best))
+    }
+
+    fn name(&self) -> String {
+        let (lambda, kept) = (self.penalty.get(), 100.0 * self.kept);
+        format!("a window of lambda = {lambda:.2e} that leaves {kept:.1} % of the highest degree")
+    }
 }
 
 /// The series of all light, and the lamps beside it; with `apart` false they are in the series.
@@ -208,7 +327,6 @@ fn light(inputs: &Inputs, apart: bool) -> Result<(Soft, Vec<Light>), Failure> {
 
 /// The radiance of each vertex under a series.
 fn shade_soft(
-    reporter: &Reporter,
     frames: &Frames,
     table: &BrdfTable,
     viewer: Viewer,
@@ -216,11 +334,22 @@ fn shade_soft(
     soft: &Soft,
 ) -> Result<Vec<[f32; 3]>, Failure> {
     let Some(transfer) = transfer else {
-        note_cut(reporter, ("light", soft.degree()), ("table", table.degree()));
         return Ok(match soft {
             Soft::Distant(light) => shade(frames, table, viewer, light),
             Soft::Near(field) => field.shade(frames, table, viewer),
         });
+    };
+    let found = match soft {
+        Soft::Distant(light) => transfer.shade(frames, table, viewer, light),
+        Soft::Near(field) => field.shade_with_transfer(frames, table, viewer, transfer),
+    };
+    found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))
+}
+
+/// Notes what of light and table is not used.
+fn note_cuts(reporter: &Reporter, table: &BrdfTable, transfer: Option<&StoredTransfer>, soft: &Soft) {
+    let Some(transfer) = transfer else {
+        return note_cut(reporter, ("light", soft.degree()), ("table", table.degree()));
     };
     let form = transfer.form();
     note_cut(reporter, ("light", soft.degree()), ("transfer's F", form.input()));
@@ -230,11 +359,6 @@ fn shade_soft(
     if table.lit_from_below() {
         reporter.note("light from below the horizon, which this material reflects, is not shadowed");
     }
-    let found = match soft {
-        Soft::Distant(light) => transfer.shade(frames, table, viewer, light),
-        Soft::Near(field) => field.shade_with_transfer(frames, table, viewer, transfer),
-    };
-    found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))
 }
 
 /// Notes that the one of higher degree is cut to the lower.

@@ -43,8 +43,9 @@
 //! ## Materials that vary over a surface
 //!
 //! A table can hold several materials (Q in the tensor's shape). `shade-vertices` blends between them by a
-//! number at each vertex (`vertex-blend`): 0 is the first material, 1 the last, and the others are evenly
-//! spaced. Either one parameter of a material varies from one value to another,
+//! number at each vertex (`vertex-blend`), or by two if two parameters vary: 0 is the first material, 1 the
+//! last, and the others are evenly spaced. Either one parameter of a material varies from one value to
+//! another,
 //!
 //! ```toml
 //! [stage.table]
@@ -56,6 +57,21 @@
 //! count = 5
 //! ```
 //!
+//! or two of its parameters do, with a material for each pair of values,
+//!
+//! ```toml
+//! [stage.table]
+//! kind = "tabulate-brdf"
+//! input = "material"
+//! vary = "roughness"                   # of ward: along the scratches
+//! from = 0.1
+//! to = 0.5
+//! second-vary = "roughness_y"          # across them
+//! second-from = 0.1
+//! second-to = 0.9
+//! second-count = 3
+//! ```
+//!
 //! or the materials are those of several items, in the order of their names:
 //!
 //! ```toml
@@ -65,8 +81,8 @@
 //! ```
 //!
 //! Half-way between two materials, the reflection is the mean of both. If the two are similar, that is
-//! close to the reflection with the mean parameters, so more materials are more accurate. In layers, the
-//! varied parameter must belong to only one layer.
+//! close to the reflection with the mean parameters, so more materials are more accurate. In layers, a
+//! varied parameter must belong to only one layer. A table has at most 256 materials.
 
 use brdf::{BrdfTable, MODELS, Material, Value, ValueType, tabulate};
 use engine::{Artifact, Context, Failure, Inputs, Kind, Output, Port, Product, nearest, parameters};
@@ -92,11 +108,50 @@ parameters! {
         /// The number of materials, including both ends. Default: 5.
         #[range(2..=256)]
         count: Option<usize> = None,
+        /// A second parameter that varies, by the second number of the blend.
+        second_vary: Option<String> = None,
+        /// Its value for a second number of 0.
+        second_from: Option<f64> = None,
+        /// Its value for a second number of 1.
+        second_to: Option<f64> = None,
+        /// The number of its values, including both ends. Default: 5.
+        #[range(2..=256)]
+        second_count: Option<usize> = None,
     }
 }
 
-/// The number of materials of which one parameter varies.
+/// The number of values of a parameter that varies.
 const COUNT: usize = 5;
+
+/// The most materials of a table.
+const MAX_MATERIALS: usize = 256;
+
+/// A parameter that varies over a surface.
+struct Variation<'a> {
+    name: &'a str,
+    from: f64,
+    to: f64,
+    count: usize,
+}
+
+impl Variation<'_> {
+    /// Its values, in order.
+    fn values(&self) -> impl Iterator<Item = f64> {
+        let (from, to, last) = (self.from, self.to, self.count - 1);
+        (0..=last).map(move |step| from + (to - from) * step as f64 / last as f64)
+    }
+}
+
+impl Parameters {
+    /// The parameters that vary: none, the first, or both.
+    fn variations(&self) -> impl Iterator<Item = Variation<'_>> {
+        let first = (&self.vary, self.from, self.to, self.count);
+        let second = (&self.second_vary, self.second_from, self.second_to, self.second_count);
+        [first, second].into_iter().filter_map(|(name, from, to, count)| {
+            Some(Variation { name: name.as_deref()?, from: from?, to: to?, count: count.unwrap_or(COUNT) })
+        })
+    }
+}
 
 /// The share of the greatest coefficient past which the error is worth a warning.
 const UNCERTAIN: f64 = 2e-3;
@@ -124,23 +179,48 @@ impl Kind for TabulateBrdf {
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
-        let given = [
-            ("from", parameters.from.is_some()),
-            ("to", parameters.to.is_some()),
-            ("count", parameters.count.is_some()),
-        ];
-        match parameters.vary {
-            Some(_) => given[..2]
-                .iter()
-                .filter(|(_, given)| !given)
-                .map(|(name, _)| ("vary", format!("also needs `{name}`: the values at both ends")))
-                .collect(),
-            None => given
-                .into_iter()
-                .filter(|(_, given)| *given)
-                .map(|(name, _)| (name, "only a varying parameter uses it: vary = \"roughness\"".into()))
-                .collect(),
+        let Parameters { vary, from, to, count, second_vary, second_from, second_to, second_count, .. } =
+            parameters;
+        let mut errors = Vec::new();
+        for (vary, name, given) in [
+            (vary, "vary", [("from", from.is_some()), ("to", to.is_some()), ("count", count.is_some())]),
+            (
+                second_vary,
+                "second-vary",
+                [
+                    ("second-from", second_from.is_some()),
+                    ("second-to", second_to.is_some()),
+                    ("second-count", second_count.is_some()),
+                ],
+            ),
+        ] {
+            if vary.is_some() {
+                let missing = given[..2].iter().filter(|(_, given)| !given);
+                errors.extend(
+                    missing.map(|(end, _)| (name, format!("also needs `{end}`: the values at both ends"))),
+                );
+            } else {
+                let unused = given.into_iter().filter(|(_, given)| *given);
+                let what = format!("only a varying parameter uses it: {name} = \"roughness\"");
+                errors.extend(unused.map(|(name, _)| (name, what.clone())));
+            }
         }
+        match (vary, second_vary) {
+            (None, Some(_)) => errors.push(("second-vary", "also needs a first one: vary = \"...\"".into())),
+            (Some(first), Some(second)) if first == second => {
+                errors.push(("second-vary", format!("`vary` has {first:?} too: name another parameter")));
+            }
+            _ => {}
+        }
+        let materials: usize = parameters.variations().map(|variation| variation.count).product();
+        if materials > MAX_MATERIALS {
+            let name = if second_count.is_some() { "second-count" } else { "count" };
+            errors.push((
+                name,
+                format!("a table has at most {MAX_MATERIALS} materials, and these are {materials}"),
+            ));
+        }
+        errors
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
@@ -154,7 +234,10 @@ impl Kind for TabulateBrdf {
             tables.push(table);
             error = error.max(uncertain);
         }
-        let table = BrdfTable::joined(&tables).ok_or_else(|| Failure::new("there is no material"))?;
+        let across = parameters.variations().nth(1).map_or(1, |second| second.count);
+        let table = BrdfTable::joined(&tables)
+            .and_then(|table| table.with_grid([tables.len() / across, across]))
+            .ok_or_else(|| Failure::new("there is no material"))?;
         let greatest = table.values().iter().fold(0.0f32, |most, value| most.max(value.abs()));
         if error > UNCERTAIN * f64::from(greatest) {
             reporter.warn(format!(
@@ -163,8 +246,11 @@ impl Kind for TabulateBrdf {
             ));
         }
         let colour = if table.channels() == 1 { "grey" } else { "RGB" };
-        let each =
-            if materials.len() > 1 { format!(" of {} materials", materials.len()) } else { String::new() };
+        let each = match table.grid() {
+            [1, 1] => String::new(),
+            [count, 1] => format!(" of {count} materials"),
+            [along, across] => format!(" of {along} x {across} materials"),
+        };
         reporter.note(format!(
             "{} coefficients, {colour}, for {} x {} views{each}: {}, within {error:.0e}",
             degree.rows(),
@@ -189,14 +275,15 @@ fn materials(parameters: &Parameters, inputs: &Inputs) -> Result<Vec<Material>, 
                 .help("input = \"material\", or leave out `vary`"))
         }
         (None, false) => Ok(several.into_iter().map(|(_, material)| material.0.clone()).collect()),
-        (Some(material), true) => match (&parameters.vary, parameters.from, parameters.to) {
-            (Some(name), Some(from), Some(to)) => {
-                let last = parameters.count.unwrap_or(COUNT) - 1;
-                let at = |step: usize| from + (to - from) * step as f64 / last as f64;
-                (0..=last).map(|step| with(&material.0, name, at(step))).collect()
+        (Some(material), true) => {
+            let mut materials = vec![material.0.clone()];
+            for variation in parameters.variations() {
+                let each =
+                    |material| variation.values().map(move |value| with(material, variation.name, value));
+                materials = materials.iter().flat_map(each).collect::<Result<_, _>>()?;
             }
-            _ => Ok(vec![material.0.clone()]),
-        },
+            Ok(materials)
+        }
     }
 }
 

@@ -10,7 +10,6 @@ use eframe::{CreationContext, egui_wgpu};
 use crate::device_health::DeviceHealth;
 use crate::error_meter::{ErrorMeter, MeasureRequest};
 use crate::gpu_adapter::GpuAdapter;
-use crate::host::Host;
 use crate::keyboard::Keyboard;
 use crate::panel_layout::PanelLayout;
 use crate::picture_texture::PictureTexture;
@@ -19,7 +18,7 @@ use crate::render_thread::RenderThread;
 use crate::renderer_adapter::{CpuAdapter, RenderRequest, RendererAdapter};
 use crate::state::{Action, Effect, State};
 use crate::theme;
-use preview::{Arrangement, Cpu, PreviewUpdate, RenderError, Shot};
+use preview::{Arrangement, Cpu, Host, PreviewUpdate, RenderError, Shot};
 
 /// The settings are saved when they have not changed for this many seconds.
 const SAVE_AFTER: f64 = 1.0;

@@ -12,7 +12,7 @@ use sphere::Rotation;
 use crate::latest_value::LatestValue;
 use crate::panics::guarded;
 use crate::scene_statistics::SceneStatistics;
-use preview::{Background, Camera, Mode, RenderError, Renderer, Scene, Shot, Show};
+use preview::{Background, Camera, Mode, PointSet, RenderError, Renderer, Scene, Shot, Show};
 
 /// A view and the modes to measure.
 #[derive(Clone, Debug)]
@@ -263,6 +263,7 @@ fn measure(
         exposure: 0.0,
         tone: ToneMap::Plain,
         light_samples,
+        points: PointSet::Even,
     };
     let of = renderer.render(&request.scene, &shot, stop)?;
     shot.show = Show::One(mode.reference());

@@ -49,7 +49,8 @@ use app::{App, DeviceLoss};
 use preview::{Gpu, InitialView};
 use state::State;
 
-pub use host::{Host, UpdateSender};
+pub use host::UpdateSender;
+pub use preview::Host;
 
 /// How a window begins.
 #[derive(Clone, Debug, Default)]

@@ -13,7 +13,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use envmap::{Environment, ToneMap};
 use glam::Vec3;
 use preview::shading::global_shrm::{GlobalShrm, global_update_into};
-use preview::{Background, Camera, Cpu, Light, Look, MapSizes, Mode, Renderer, Scene, Shot, Show};
+use preview::{Background, Camera, Cpu, Light, Look, MapSizes, Mode, PointSet, Renderer, Scene, Shot, Show};
 use sh::{Degree, Expansion, Stop};
 use shrm::Reflection;
 use sphere::{LatLong, Rotation};
@@ -56,6 +56,7 @@ fn cpu(criterion: &mut Criterion) {
             exposure: 0.0,
             tone: ToneMap::Filmic,
             light_samples: 0,
+            points: PointSet::Even,
         };
         let mut renderer = Cpu::new();
         group.bench_function(BenchmarkId::new("local_shrm_512", p), |bencher| {

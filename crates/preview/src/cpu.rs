@@ -20,7 +20,7 @@ use sh::Stop;
 use crate::diagram::Diagram;
 use crate::shading::develop::codes;
 use crate::shading::difference::Squares;
-use crate::{Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
+use crate::{Mode, Picture, RenderError, Renderer, Scene, Shot, Show};
 use band_renderer::{BAND, BandRenderer};
 use cancellation::{Cancellation, PeriodicCheck};
 use object_cache::ObjectCache;
@@ -33,8 +33,8 @@ const LONGEST_SIDE: u64 = 1 << 20;
 /// Draws on the CPU, on the threads of the rayon pool that it is called from.
 ///
 /// The maps of a look are cached in the layout in which they are read, until a scene does not use the look;
-/// so are the vertices of an object that a BRDF table shades, the tree of triangles that cast shadows, and
-/// what [`Mode::Samples`] draws points from.
+/// so are the light at the vertices of an object that a BRDF table shades, the tree of triangles that cast
+/// shadows, and what [`Mode::Samples`] draws points from.
 #[derive(Debug, Default)]
 pub struct Cpu {
     caches: Vec<LookCache>,
@@ -48,8 +48,8 @@ impl Cpu {
         Self::default()
     }
 
-    /// The number of times that the vertices of objects were shaded.
-    pub fn vertex_passes(&self) -> VertexPasses {
+    /// The number of times that a light was brought to the vertices of objects.
+    pub fn light_passes(&self) -> u32 {
         self.objects.passes()
     }
 

@@ -22,7 +22,7 @@ use crate::mirror_ball::MirrorBall;
 use crate::sample_sets::{SampleSets, SampleSource};
 use crate::shading::develop::{codes, develop};
 use crate::shading::lat_long;
-use crate::{Light, Look, Scene, Shot};
+use crate::{Light, Look, PointSet, Scene, Shot};
 
 const SURROUND: [u8; 3] = [24, 24, 25];
 const TEXT: [u8; 3] = [236, 236, 238];
@@ -83,12 +83,13 @@ struct Seen {
     turn: Rotation,
     exposure: f64,
     tone: ToneMap,
+    points: PointSet,
 }
 
 impl PartialEq for Seen {
     fn eq(&self, other: &Self) -> bool {
         let view = |seen: &Self| (seen.size, seen.samples, seen.camera, seen.turn, seen.exposure, seen.tone);
-        self.look.ptr_eq(&other.look) && view(self) == view(other)
+        self.look.ptr_eq(&other.look) && self.points == other.points && view(self) == view(other)
     }
 }
 
@@ -106,6 +107,7 @@ impl Diagram {
             turn: shot.turn,
             exposure: shot.exposure,
             tone: shot.tone,
+            points: shot.points,
         };
         let (_, codes) = match self.last.take() {
             Some(last) if last.0 == seen => self.last.insert(last),
@@ -122,7 +124,7 @@ impl Diagram {
 
     fn balls(&mut self, look: &Arc<Look>, shot: &Shot, size: [usize; 2]) -> Vec<[u8; 3]> {
         let frame = SurfaceFrame::new(shot);
-        let sets = self.source.draw(look, frame);
+        let sets = self.source.draw(look, frame, shot.points);
         let product_gain = sets.product_gain;
         let functions =
             Functions { light: look.light(), lobe: self.source.lobe(), product_gain, frame, shot };

@@ -22,7 +22,6 @@ mod layouts;
 mod maps;
 mod memory;
 mod mesh;
-mod numbers;
 mod readback;
 mod resources;
 mod sample_budget;
@@ -30,7 +29,9 @@ mod shadow_tree;
 #[cfg(test)]
 mod tests;
 mod textures;
-mod vertices;
+mod vertex_light;
+#[cfg(test)]
+mod web_shaders;
 
 use std::time::{Duration, Instant};
 
@@ -39,7 +40,7 @@ use glam::DAffine3;
 use sh::Stop;
 
 use crate::diagram::Diagram;
-use crate::{Camera, Look, Mode, Picture, RenderError, Renderer, Scene, Shot, Show, VertexPasses};
+use crate::{Camera, Look, Mode, Picture, PointSet, RenderError, Renderer, Scene, Shot, Show};
 use canvas::DeviceCanvas;
 use device::Device;
 pub use device::DeviceStatus;
@@ -93,6 +94,7 @@ struct Accumulation {
     camera: Camera,
     turn: sphere::Rotation,
     modes: [Option<Mode>; 2],
+    points: PointSet,
     light_samples: u32,
 }
 
@@ -161,11 +163,9 @@ impl Gpu {
         Ok(Self { resources, canvas: None, accumulation: None, sample_budget, rms, diagram })
     }
 
-    /// The number of times that the vertices of the scene's objects were shaded.
-    pub fn vertex_passes(&self) -> VertexPasses {
-        let mut passes = VertexPasses::default();
-        self.resources.vertices.values().for_each(|shaded| passes += shaded.passes);
-        passes
+    /// The number of times that a light was brought to the vertices of the scene's objects.
+    pub fn light_passes(&self) -> u32 {
+        self.resources.vertex_lights.values().map(|light| light.passes).sum()
     }
 
     /// Reports the loss of the device, from any thread.
@@ -435,6 +435,7 @@ impl Accumulation {
             camera: shot.camera,
             turn: shot.turn,
             modes: shot.show.sides(),
+            points: shot.points,
             light_samples: 0,
         }
     }

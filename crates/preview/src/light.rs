@@ -3,10 +3,11 @@
 use std::sync::{Arc, OnceLock};
 
 use envmap::{Environment, Exposure};
-use sh::{Degree, Expansion, Lighting, Transform, synthesise_cube};
+use sh::{Degree, Expansion, Lighting, Stop, Transform, synthesise_cube};
 use shrm::stops::BLACK_SHARE;
-use sphere::{Cube, Direction};
+use sphere::{Cube, Direction, LatLong};
 
+use crate::RenderError;
 use crate::light_image::image;
 use crate::shading::light_samples::LightSamples;
 
@@ -16,8 +17,11 @@ pub struct Light {
     environment: Environment,
     /// The lighting that the environment is a picture of, if no environment was there before.
     source: Option<Lighting>,
+    /// The suns and lamps that the light's coefficients were made beside.
+    lamps: Vec<sh::Light>,
     exposure: OnceLock<Exposure>,
     lighting: OnceLock<Expansion>,
+    separated: OnceLock<Lighting>,
     reconstruction: OnceLock<(Cube, Vec<[f32; 3]>)>,
     samples: OnceLock<Arc<LightSamples>>,
 }
@@ -33,8 +37,10 @@ impl Light {
         Self {
             environment,
             source: None,
+            lamps: Vec::new(),
             exposure: OnceLock::new(),
             lighting: known,
+            separated: OnceLock::new(),
             reconstruction: OnceLock::new(),
             samples: OnceLock::new(),
         }
@@ -44,7 +50,19 @@ impl Light {
     /// a radiance is not finite.
     pub fn of_lighting(lighting: Lighting) -> Option<Self> {
         let light = Self::new(image(&lighting)?, Some(lighting.whole()));
-        Some(Self { source: Some(lighting), ..light })
+        Some(Self { lamps: lighting.lights.clone(), source: Some(lighting), ..light })
+    }
+
+    /// Returns the same light with the suns and lamps that its coefficients were made beside. They are in its
+    /// environment and in [`Light::lighting`].
+    #[must_use]
+    pub fn with_lamps(self, lamps: Vec<sh::Light>) -> Self {
+        Self { lamps, ..self }
+    }
+
+    /// The suns and lamps that the light's coefficients were made beside.
+    pub fn lamps(&self) -> &[sh::Light] {
+        &self.lamps
     }
 
     /// The disks that the light was made of: those that can be moved.
@@ -77,17 +95,29 @@ impl Light {
         *self.exposure.get_or_init(|| self.environment.exposure())
     }
 
+    /// The light in at most so many rows.
+    ///
+    /// # Errors
+    /// If the environment cannot be made smaller.
+    pub fn in_rows(self: &Arc<Self>, rows: usize) -> Result<Arc<Self>, RenderError> {
+        if self.environment.grid().height <= rows {
+            return Ok(Arc::clone(self));
+        }
+        let small = self.environment.downsampled(LatLong::with_rows(rows));
+        Ok(Arc::new(Self::new(small.map_err(|error| RenderError::maps(error.to_string()))?, None)))
+    }
+
+    /// The light's suns and lamps, and the coefficients of everything else up to degree 32.
+    pub(crate) fn separated(&self) -> &Lighting {
+        self.separated.get_or_init(|| match self.environment.separate_lamps(Stop::NEVER) {
+            Ok(found) => Lighting { series: coefficients(&found.soft, 32), lights: found.lights },
+            Err(_) => Lighting { series: coefficients(&self.environment, 32), lights: Vec::new() },
+        })
+    }
+
     /// The light's coefficients, for [`crate::Background::Harmonics`] and [`crate::Mode::Irradiance`].
     pub fn lighting(&self) -> &Expansion {
-        self.lighting.get_or_init(|| {
-            let grid = self.environment.grid();
-            let most = 30.min((grid.height.max(1) - 1) / 2).min((grid.width.max(1) - 1) / 2);
-            let degree = Degree::new(most).unwrap_or(Degree::ZERO);
-            match Transform::new(grid, degree) {
-                Ok(transform) => transform.analyse(self.environment.pixels()),
-                Err(_) => Expansion::zero(Degree::ZERO),
-            }
-        })
+        self.lighting.get_or_init(|| coefficients(&self.environment, 30))
     }
 
     /// The environment as its coefficients describe it, RGB on a cube, with texels in the order of [`Cube`].
@@ -106,5 +136,15 @@ impl Light {
     /// The light samples of brute force.
     pub fn samples(&self) -> &Arc<LightSamples> {
         self.samples.get_or_init(|| Arc::new(LightSamples::new(&self.environment)))
+    }
+}
+
+/// The coefficients of an environment up to a degree, or to the highest that its pixels determine.
+fn coefficients(environment: &Environment, degree: usize) -> Expansion {
+    let grid = environment.grid();
+    let most = degree.min((grid.height.max(1) - 1) / 2).min((grid.width.max(1) - 1) / 2);
+    match Transform::new(grid, Degree::new(most).unwrap_or(Degree::ZERO)) {
+        Ok(transform) => transform.analyse(environment.pixels()),
+        Err(_) => Expansion::zero(Degree::ZERO),
     }
 }

@@ -3,9 +3,10 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BaseColorTexture, BrdfTable, Centre, Material, Standard, StandardParameters};
-use sh::{Degree, Light as Sun, Stop};
+use sh::{Degree, Expansion, Light as Sun, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
+use transfer::LightField;
 
 use crate::shading::base_color::BaseColorMap;
 use crate::{CompactMap, Light, PrefilteredCube, RenderError};
@@ -49,6 +50,8 @@ pub struct Look {
     prefiltered_cube: Option<(Arc<PrefilteredCube>, f64)>,
     /// The lights that an engine lights the surface with beside the cube.
     suns: Vec<Sun>,
+    /// The light at points around the mesh, in place of the distant light, for BRDF tables.
+    light_field: Option<Arc<LightField>>,
     /// Whether the look shows a light, and no material of anybody's.
     shows_light: bool,
     sizes: MapSizes,
@@ -61,6 +64,7 @@ pub struct Look {
     kautz_mccool: OnceLock<Result<ViewSet, RenderError>>,
     prefiltered: OnceLock<Result<Vec<[f32; 3]>, RenderError>>,
     base_color_map: OnceLock<Option<BaseColorMap>>,
+    table_light: OnceLock<Expansion>,
 }
 
 impl Look {
@@ -120,6 +124,7 @@ impl Look {
             base_color: None,
             prefiltered_cube: None,
             suns: Vec::new(),
+            light_field: None,
             shows_light: false,
             sizes,
             holds_lamps: false,
@@ -130,10 +135,12 @@ impl Look {
             kautz_mccool: OnceLock::new(),
             prefiltered: OnceLock::new(),
             base_color_map: OnceLock::new(),
+            table_light: OnceLock::new(),
         }
     }
 
-    /// Returns the same look with the BRDF table of its material, which the modes that shade vertices need.
+    /// Returns the same look with the BRDF table of its material, which the modes `table` and `transfer` look
+    /// up.
     #[must_use]
     pub fn with_table(self, table: Option<Arc<BrdfTable>>) -> Self {
         Self { table, ..self }
@@ -143,6 +150,14 @@ impl Look {
     #[must_use]
     pub fn with_suns(self, suns: Vec<Sun>) -> Self {
         Self { suns, ..self }
+    }
+
+    /// Returns the same look under a light field, in the coordinates of the scene, in the modes `table` and
+    /// `transfer`: it takes the place of all distant light there. Other modes and the background do not show
+    /// it.
+    #[must_use]
+    pub fn with_light_field(self, light_field: Option<Arc<LightField>>) -> Self {
+        Self { light_field, ..self }
     }
 
     /// Returns the same look with the compact map of its light and its material, which [`crate::Mode::Taps`]
@@ -179,6 +194,11 @@ impl Look {
     /// The BRDF table of the look's material, if there is one.
     pub fn table(&self) -> Option<&Arc<BrdfTable>> {
         self.table.as_ref()
+    }
+
+    /// The light field that BRDF tables are under, if there is one.
+    pub fn light_field(&self) -> Option<&Arc<LightField>> {
+        self.light_field.as_ref()
     }
 
     /// The compact map of the look's light and material.
@@ -241,6 +261,34 @@ impl Look {
     pub fn beside_cube(&self) -> Option<Lamps> {
         let material = self.prefiltered_cube.as_ref().and(self.material.clone())?;
         (!self.suns.is_empty()).then(|| Lamps { lights: self.suns.clone(), material })
+    }
+
+    /// The suns and lamps that the modes `table` and `transfer` take out of the light's coefficients, and the
+    /// material that reflects them by itself [KSS02, sec. 7]; `None` if there are none, under a light field,
+    /// and if the table is not that of one known material.
+    pub fn beside_table(&self) -> Option<Lamps> {
+        if self.light_field.is_some() {
+            return None;
+        }
+        self.table().filter(|table| table.count() == 1)?;
+        let lights = self.lamps().map_or(self.light.lamps(), |lamps| &lamps.lights);
+        let material = self.material.as_ref().or(self.lamps().map(|lamps| &lamps.material))?;
+        (!lights.is_empty()).then(|| Lamps { lights: lights.to_vec(), material: material.clone() })
+    }
+
+    /// The light's coefficients without [`Look::beside_table`].
+    pub(crate) fn table_light(&self) -> &Expansion {
+        let Some(Lamps { lights, .. }) = self.beside_table() else { return self.light.lighting() };
+        self.table_light.get_or_init(|| {
+            let mut soft = self.light.lighting().clone();
+            for light in lights {
+                let series = light.series(soft.degree());
+                for (row, of_light) in soft.coefficients_mut().iter_mut().zip(series.coefficients()) {
+                    (0..3).for_each(|channel| row[channel] -= of_light[channel]);
+                }
+            }
+            soft
+        })
     }
 
     /// Whether the SHRMs have lamps baked into them.

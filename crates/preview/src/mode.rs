@@ -25,9 +25,9 @@ pub enum Mode {
     Mirror,
     /// The integral over all light, estimated with many samples.
     BruteForce,
-    /// A BRDF table at every vertex, interpolated over triangles [KSS02, eq. 1].
+    /// A BRDF table at every pixel, under the light that is turned into the frame there [KSS02, eq. 1].
     Table,
-    /// A BRDF table at every vertex with the mesh's transfer matrices: what the mesh hides from itself is
+    /// A BRDF table with the mesh's transfer matrices at its vertices: what the mesh hides from itself is
     /// dark [KSS02, sec. 5].
     Transfer,
     /// The integral over all light that the mesh does not hide from itself, with traced shadows.
@@ -106,8 +106,8 @@ impl Mode {
         }
     }
 
-    /// Whether the mode shades vertices with a BRDF table.
-    pub fn shades_vertices(self) -> bool {
+    /// Whether the mode looks up a BRDF table.
+    pub fn looks_up_table(self) -> bool {
         matches!(self, Self::Table | Self::Transfer)
     }
 
@@ -136,9 +136,8 @@ impl Mode {
     }
 
     /// Whether lights beside the mode's map are added at each surface.
-    #[cfg(feature = "gpu")]
     pub(crate) fn adds_lamps(self) -> bool {
-        matches!(self, Self::LocalShrm | Self::GlobalShrm | Self::Prefiltered)
+        matches!(self, Self::LocalShrm | Self::GlobalShrm | Self::Prefiltered | Self::Table)
     }
 
     /// The mode with a name.
@@ -279,7 +278,7 @@ mod tests {
         assert_eq!(without_maps(itself), itself, "nothing was replaced");
         let shadowed = Show::One(Mode::ShadowedBruteForce);
         assert_eq!(Show::One(Mode::Transfer).among(|mode| mode != Mode::Transfer), shadowed);
-        assert_eq!(Show::One(Mode::Table).among(|mode| !mode.shades_vertices()), brute);
+        assert_eq!(Show::One(Mode::Table).among(|mode| !mode.looks_up_table()), brute);
     }
 
     #[test]

@@ -136,7 +136,7 @@ mod tests {
     use sphere::Rotation;
 
     use super::*;
-    use crate::{Background, Camera, Framing};
+    use crate::{Background, Camera, Framing, PointSet};
 
     /// A pixel in the background, and one on the outline, do not count.
     #[test]
@@ -176,6 +176,7 @@ mod tests {
             exposure: 1.0,
             tone: envmap::ToneMap::Plain,
             light_samples: 1,
+            points: PointSet::Even,
         };
         let apart = picture(1.0).difference(&picture(1.25), 2.0, &shot);
         assert_eq!(apart.radiance, [[0.25, 0.0, 0.0, 1.0], [0.125, 0.0, 0.0, 0.5], [0.0; 4]]);

@@ -1,7 +1,8 @@
 //! The directions that importance sampling draws for a view: from the light, from the lobe, and from their
 //! product.
 //!
-//! All three take the same points of the unit square, [`COUNT`] of the Sobol sequence with Owen's scrambling.
+//! All three take the same [`COUNT`] points of the unit square, of the Sobol sequence with Owen's scrambling
+//! or random ones.
 //! What depends on the light or on the degree alone is kept: a turn of the light or of the camera gives the
 //! samplers of lobe and product new coefficients.
 
@@ -12,12 +13,12 @@ use sampling::{Error, Options, Points, ProductSampler, ProductTables, SUM, Sampl
 
 use crate::light_points::LightPoints;
 use crate::lobe::{Lobe, NO_LOBE, SurfaceFrame};
-use crate::{Light, Look};
+use crate::{Light, Look, PointSet};
 
 /// The number of points of each set.
 pub(crate) const COUNT: usize = 512;
 
-/// The seed of the scrambling.
+/// The seed of the scrambling, and of random points.
 const SEED: u32 = 1;
 
 /// The directions of a set, or why there are none, as a caption.
@@ -36,6 +37,7 @@ pub(crate) struct SampleSets {
 
 /// Draws the sets of one view after another.
 pub(crate) struct SampleSource {
+    set: PointSet,
     points: Vec<[f32; 2]>,
     light: Option<(Weak<Light>, Result<LightPoints, &'static str>)>,
     lobe: Option<(Weak<Look>, Result<Lobe, &'static str>)>,
@@ -52,17 +54,27 @@ impl SampleSets {
 
 impl Default for SampleSource {
     fn default() -> Self {
-        let mut points = vec![[0.0; 2]; COUNT];
-        Points::Sobol { seed: Some(SEED) }.fill(0, &mut points);
-        Self { points, light: None, lobe: None, lobe_sampler: None, product_sampler: None, tables: None }
+        let set = PointSet::default();
+        Self {
+            set,
+            points: points_of(set),
+            light: None,
+            lobe: None,
+            lobe_sampler: None,
+            product_sampler: None,
+            tables: None,
+        }
     }
 }
 
 impl SampleSource {
-    /// The sets of a look, for a surface with this frame.
-    pub(crate) fn draw(&mut self, look: &Arc<Look>, frame: SurfaceFrame) -> SampleSets {
+    /// The sets of a look from these points, for a surface with this frame.
+    pub(crate) fn draw(&mut self, look: &Arc<Look>, frame: SurfaceFrame, set: PointSet) -> SampleSets {
+        if set != self.set {
+            (self.set, self.points, self.light) = (set, points_of(set), None);
+        }
         self.prepare(look);
-        let Self { points, light, lobe, lobe_sampler, product_sampler, tables } = self;
+        let Self { points, light, lobe, lobe_sampler, product_sampler, tables, .. } = self;
         let (Some((_, light)), Some((_, lobe))) = (light, lobe) else {
             return SampleSets::without_lobe(Err(UNKNOWN), UNKNOWN);
         };
@@ -141,6 +153,16 @@ impl fmt::Debug for SampleSource {
         let degree = self.tables.as_ref().map(|tables| tables.degree());
         f.debug_struct("SampleSource").field("degree", &degree).finish_non_exhaustive()
     }
+}
+
+fn points_of(set: PointSet) -> Vec<[f32; 2]> {
+    let mut points = vec![[0.0; 2]; COUNT];
+    let made = match set {
+        PointSet::Even => Points::Sobol { seed: Some(SEED) },
+        PointSet::Random => Points::Random { seed: SEED },
+    };
+    made.fill(0, &mut points);
+    points
 }
 
 /// The caption of a set that was never prepared.

@@ -25,9 +25,9 @@ pub struct Object {
     /// The transfer matrices of the mesh, for [`Mode::Transfer`]: for all channels, or for each of red, green
     /// and blue.
     pub transfer: Option<Arc<Vec<Transfer>>>,
-    /// The place of each vertex between the first material of its look's table, 0, and the last, 1. Without
-    /// it, or if it is of another mesh, only the first is seen.
-    pub blend: Option<Arc<Vec<f32>>>,
+    /// The place of each vertex between the first material of its look's table, 0, and the last, 1, along
+    /// both parameters of the table. Without it, or if it is of another mesh, only the first is seen.
+    pub blend: Option<Arc<Vec<[f32; 2]>>>,
 }
 
 /// The distance of neighbours in a row, in radii.
@@ -42,8 +42,8 @@ pub struct ScenePart {
     pub look: Arc<Look>,
     /// The transfer matrices of the vertices of this part, as [`Object::transfer`] has them.
     pub transfer: Option<Arc<Vec<Transfer>>>,
-    /// The place of the vertices of this part between two materials, as [`Object::blend`] has it.
-    pub blend: Option<Arc<Vec<f32>>>,
+    /// The places of the vertices of this part among the materials of the table, as [`Object::blend`] has it.
+    pub blend: Option<Arc<Vec<[f32; 2]>>>,
 }
 
 /// Meshes in front of an environment.
@@ -102,10 +102,10 @@ impl Scene {
         self
     }
 
-    /// Returns the same scene with the place of each vertex of its first object's mesh between the materials
+    /// Returns the same scene with the place of each vertex of its first object's mesh among the materials
     /// of the table.
     #[must_use]
-    pub fn with_blend(mut self, blend: Option<Arc<Vec<f32>>>) -> Self {
+    pub fn with_blend(mut self, blend: Option<Arc<Vec<[f32; 2]>>>) -> Self {
         if let Some(object) = self.objects.first_mut() {
             object.blend = blend;
         }
@@ -124,6 +124,7 @@ impl Scene {
                 let (material, sizes) = (look.material()?.clone(), look.sizes());
                 let moved = Look::without_maps(Arc::clone(&light), material, sizes);
                 let moved = moved.with_table(look.table().cloned());
+                let moved = moved.with_light_field(look.light_field().cloned());
                 object.look = Arc::new(moved.with_base_color(look.base_color().cloned()));
             }
         }

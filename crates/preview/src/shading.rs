@@ -28,6 +28,7 @@ pub mod local_shrm;
 mod map_shader_tests;
 pub mod material;
 pub mod mirror;
+pub mod numbers;
 #[cfg(test)]
 #[cfg(feature = "gpu")]
 mod on_device;
@@ -41,3 +42,4 @@ pub mod taps;
 #[cfg(test)]
 pub(crate) mod testkit;
 pub mod texture;
+pub mod turned_light;

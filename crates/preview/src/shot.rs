@@ -3,7 +3,7 @@
 use envmap::ToneMap;
 use sphere::Rotation;
 
-use crate::{Background, Camera, Scene, Show};
+use crate::{Background, Camera, PointSet, Scene, Show};
 
 /// Everything that determines the picture of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +26,8 @@ pub struct Shot {
     pub tone: ToneMap,
     /// The light samples of each sample of a pixel in brute force.
     pub light_samples: u32,
+    /// The points of the unit square that light samples and the diagram of samples are made from.
+    pub points: PointSet,
 }
 
 /// The samples along each side of a pixel of a screenshot.

@@ -4,7 +4,9 @@ use envmap::ToneMap;
 use serde::{Deserialize, Serialize};
 use sphere::Rotation;
 
-use crate::{Background, Camera, Catalog, Framing, List, Mode, Scene, Shot, Show, Subject, SubjectRequest};
+use crate::{
+    Background, Camera, Catalog, Framing, List, Mode, PointSet, Scene, Shot, Show, Subject, SubjectRequest,
+};
 
 /// The arrangement of the two modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -44,6 +46,8 @@ pub struct ViewSettings {
     pub divider: f32,
     /// The factor that a difference is multiplied with.
     pub amplify: f32,
+    /// The points of the unit square that light samples and the diagram of samples are made from.
+    pub points: PointSet,
     /// The background: one of [`crate::Named::ALL`].
     #[serde(rename = "backdrop", with = "crate::named")]
     pub background: Background,
@@ -77,6 +81,7 @@ impl Default for ViewSettings {
             arrangement: Arrangement::One,
             divider: 0.5,
             amplify: 8.0,
+            points: PointSet::Even,
             background: Background::Environment,
             exposure: 0.0,
             tone: ToneMap::Filmic,
@@ -198,6 +203,7 @@ impl ViewSettings {
             exposure: scene.light.exposure().stops + self.exposure,
             tone: self.tone,
             light_samples: LIGHT_SAMPLES,
+            points: self.points,
         }
     }
 }
@@ -264,6 +270,7 @@ mod tests {
             mode: Some(Mode::Cabral),
             arrangement: Arrangement::Split,
             divider: 0.25,
+            points: PointSet::Random,
             exposure: -1.0 / 3.0,
             tone: ToneMap::Plain,
             background: Background::MIDDLE_GREY,

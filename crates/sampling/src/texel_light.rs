@@ -1,7 +1,7 @@
 //! Light as texels to be sampled: one number for each, none below zero.
 
 use envmap::Environment;
-use sphere::LatLong;
+use sphere::{Direction, LatLong};
 
 use crate::{ChannelWeights, Error};
 
@@ -47,6 +47,13 @@ impl TexelLight {
     /// The number of a texel, 0 or more, to single precision.
     pub fn value(&self, row: usize, column: usize) -> f64 {
         f64::from(self.relative(row, column)) * self.largest
+    }
+
+    /// The number of the texel that a direction looks at.
+    pub fn toward(&self, direction: Direction) -> f64 {
+        let (column, row) = self.grid.position(direction);
+        let nearest = |place: f64, count: usize| ((place + 0.5).max(0.0) as usize).min(count - 1);
+        self.value(nearest(row, self.grid.height), nearest(column, self.grid.width))
     }
 
     /// The number of a texel over the largest.

@@ -85,22 +85,11 @@ pub fn image_energy_of_rows<T: Sample>(
     stop: Stop<'_>,
 ) -> Result<[f64; 3], Stopped> {
     assert_eq!(image.pixel_count(), grid.len(), "pixels of the grid");
-    let squares = |row: &[[T; 3]]| {
-        let mut sum = [0.0; 3];
-        for pixel in row {
-            for channel in 0..3 {
-                let value = pixel[channel].to_f64();
-                sum[channel] += value * value;
-            }
-        }
-        sum
-    };
     let at_once = image.rows_at_once();
     let rows = |scratch: &mut Vec<_>, band: usize| {
         stop.check()?;
         let rows = band * at_once..((band + 1) * at_once).min(grid.height);
-        let pixels = image.read_rows(grid.width, rows, scratch);
-        Ok(pixels.chunks_exact(grid.width).map(squares).collect::<Vec<_>>())
+        Ok(image.squares_of_rows(grid.width, rows, scratch))
     };
     let bands = (0..grid.height.div_ceil(at_once)).into_par_iter().map_init(Vec::new, rows);
     let sums = bands.collect::<Result<Vec<_>, Stopped>>()?;

@@ -44,8 +44,7 @@ pub struct Light {
 
 impl Light {
     /// The integral of the light's radiance over its disk, RGB: what a BRDF is multiplied with if the light
-    /// is
-    /// small. It is the irradiance times 2 / (1 + cos(radius)).
+    /// is small. It is the irradiance times 2 / (1 + cos(radius)).
     pub fn flux(&self) -> [f64; 3] {
         self.irradiance.map(|irradiance| irradiance * 2.0 / (1.0 + math::cos(self.radius)))
     }

@@ -6,6 +6,10 @@
 //!
 //! Next to a bottom the second derivative is at most F (F + 1) times the largest value M, and a pixel is
 //! within 0.75 / (F + 1) of it, so that the lowest pixel of a valley lies at most 0.28 M above its bottom.
+//!
+//! A valley may have a long floor with several bottoms that differ by 1e-4 of the largest value, while the
+//! pixels beside it differ by far more and do not show them all. Whoever needs every bottom follows every
+//! pixel below M / 3: one of them is within half a pixel of each bottom near zero.
 
 use rayon::prelude::*;
 use sphere::{DVec3, Direction, LatLong};
@@ -45,6 +49,21 @@ const VALLEYS: usize = 4;
 pub fn minimum(expansion: &Expansion) -> Minimum {
     Search::new(expansion).run(expansion)
 }
+
+/// The pixels from which bottoms are searched.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Starts {
+    /// The pixels that are the lowest among their neighbours, and the bottoms that were found before.
+    Lowest,
+    /// All pixels that are low enough for a bottom beside them.
+    All,
+}
+
+/// Bottoms nearer to each other than this, in pixels, are one.
+const MERGED_WITHIN: f64 = 0.1;
+
+/// The shares of the curvature that are added for steps on a floor, which is flat along the valley.
+const FLOOR: [f64; 4] = [0.0, 1e-3, 1e-5, 1e-7];
 
 /// The basis and the grid that all searches for one degree share.
 pub(crate) struct Search {
@@ -95,33 +114,61 @@ impl Search {
             return Err(below);
         }
         let bottoms: Vec<Minimum> =
-            starts.into_par_iter().map(|start| self.descend(expansion, start)).collect();
+            starts.into_par_iter().map(|start| self.descend(expansion, start, &[0.0])).collect();
         Ok(bottoms.into_iter().fold(least, lower))
     }
 
-    /// The bottom of every valley of a channel, as far as it may be below zero: lowest first. `stop` is asked
-    /// for each valley.
+    /// The bottoms of each channel to which some pixels and `known` bottoms lead, as far as they may be below
+    /// zero: lowest first, at most twice as many as there are coefficients. `stop` is asked for each start.
     pub(crate) fn bottoms(
         &self,
         expansion: &Expansion,
+        starts: Starts,
+        known: &[Vec<Minimum>; 3],
         stop: Stop<'_>,
     ) -> Result<[Vec<Minimum>; 3], Stopped> {
         let Some(synthesis) = &self.synthesis else { return Ok(Default::default()) };
         let pixels: Vec<[f64; 3]> = synthesis.synthesise(expansion);
         let of_channel = |channel: usize| {
             let largest = pixels.iter().map(|pixel| pixel[channel].abs()).fold(0.0, f64::max);
-            let valleys = self.valleys(&pixels, channel, usize::MAX);
-            let bottoms: Result<Vec<Minimum>, Stopped> = valleys
+            let places = match starts {
+                Starts::Lowest => self.valleys(&pixels, channel, usize::MAX),
+                Starts::All => {
+                    (0..self.grid.len()).map(|i| (i / self.grid.width, i % self.grid.width)).collect()
+                }
+            };
+            let known = known[channel].par_iter().map(|bottom| {
+                let value = self.basis.evaluate(expansion, bottom.direction)[channel];
+                Minimum { value, ..*bottom }
+            });
+            let bottoms: Result<Vec<Minimum>, Stopped> = places
                 .into_par_iter()
                 .map(|(row, column)| self.pixel(&pixels, channel, row, column))
                 .filter(|start| start.value < largest / 3.0)
-                .map(|start| stop.check().map(|()| self.descend(expansion, start)))
+                .chain(known)
+                .map(|start| stop.check().map(|()| self.descend(expansion, start, &FLOOR)))
                 .collect();
             let mut bottoms = bottoms?;
             bottoms.sort_by(|a, b| a.value.total_cmp(&b.value));
-            Ok(bottoms)
+            Ok(self.distinct(bottoms))
         };
         Ok([of_channel(0)?, of_channel(1)?, of_channel(2)?])
+    }
+
+    /// The lowest of the bottoms that are one, in the order given.
+    fn distinct(&self, bottoms: Vec<Minimum>) -> Vec<Minimum> {
+        let apart = MERGED_WITHIN * std::f64::consts::PI / self.grid.height as f64;
+        let mut distinct: Vec<Minimum> = Vec::new();
+        for bottom in bottoms {
+            if distinct.len() == 2 * self.basis.degree().rows() {
+                break;
+            }
+            let place = bottom.direction.vector();
+            if !distinct.iter().any(|other| (other.direction.vector() - place).length() < apart) {
+                distinct.push(bottom);
+            }
+        }
+        distinct
     }
 
     /// The largest value of each channel on the grid.
@@ -164,7 +211,8 @@ impl Search {
 
     /// Newton's method from a pixel, with differences over ever shorter distances: an error of h^2 in the
     /// slope moves the value by h^4 only, and h falls fourfold each time from a twelfth of the shortest wave.
-    fn descend(&self, expansion: &Expansion, start: Minimum) -> Minimum {
+    /// A step is tried with each of some shares of the curvature added to it along both axes.
+    fn descend(&self, expansion: &Expansion, start: Minimum, added: &[f64]) -> Minimum {
         let channel = start.channel;
         let spacing = std::f64::consts::PI / self.grid.height as f64;
         let mut least = start;
@@ -178,16 +226,17 @@ impl Search {
                 Minimum { value, channel, direction }
             };
             let (east, west, north, south) = (at(h, 0.0), at(-h, 0.0), at(0.0, h), at(0.0, -h));
-            let (x, y) = newton_step(
-                h,
-                [east.value, west.value, north.value, south.value],
-                [at(h, h).value, at(-h, -h).value, at(h, -h).value, at(-h, h).value],
-                at(0.0, 0.0).value,
-            );
-            let length = math::hypot(x, y);
-            let shorten = if length > spacing { spacing / length } else { 1.0 };
-            for candidate in [east, west, north, south, at(x * shorten, y * shorten)] {
+            let sides = [east.value, west.value, north.value, south.value];
+            let corners = [at(h, h).value, at(-h, -h).value, at(h, -h).value, at(-h, h).value];
+            let middle = at(0.0, 0.0).value;
+            for candidate in [east, west, north, south] {
                 least = lower(least, candidate);
+            }
+            for added in added {
+                let (x, y) = newton_step(h, sides, corners, middle, *added);
+                let length = math::hypot(x, y);
+                let shorten = if length > spacing { spacing / length } else { 1.0 };
+                least = lower(least, at(x * shorten, y * shorten));
             }
             h /= 4.0;
         }
@@ -199,12 +248,21 @@ fn lower(a: Minimum, b: Minimum) -> Minimum {
     if b.value < a.value { b } else { a }
 }
 
-/// The step to the bottom of the paraboloid through a stencil of spacing h; zero if it has no bottom.
-fn newton_step(h: f64, [east, west, north, south]: [f64; 4], corners: [f64; 4], centre: f64) -> (f64, f64) {
+/// The step to the bottom of the paraboloid through a stencil of spacing h, the share `added` of its largest
+/// curvature added along both axes; zero if it has no bottom.
+fn newton_step(
+    h: f64,
+    [east, west, north, south]: [f64; 4],
+    corners: [f64; 4],
+    centre: f64,
+    added: f64,
+) -> (f64, f64) {
     let slope = DVec3::new(east - west, north - south, 0.0) / (2.0 * h);
     let xx = (east + west - 2.0 * centre) / (h * h);
     let yy = (north + south - 2.0 * centre) / (h * h);
     let xy = (corners[0] + corners[1] - corners[2] - corners[3]) / (4.0 * h * h);
+    let added = added * xx.abs().max(yy.abs());
+    let (xx, yy) = (xx + added, yy + added);
     let determinant = xx * yy - xy * xy;
     if determinant > 0.0 && xx > 0.0 {
         ((xy * slope.y - yy * slope.x) / determinant, (xy * slope.x - xx * slope.y) / determinant)

@@ -12,7 +12,8 @@
 //! Lambda_l^2 L_l rho_lp. What a truncation loses is the part of that sum that it cuts.
 //!
 //! Without the field there are estimates. A share of energy that the BRDF loses, or the lesser one of BRDF
-//! and lighting, tends to be more than the field loses, because light falls off with l too. [Ram02, eq. 5.19]
+//! and lighting, tends to be more than the field loses, because light falls off with l too. Lighting has no
+//! P, so that the lesser one is taken of what F cuts, and what P cuts of the BRDF is added. [Ram02, eq. 5.19]
 //! bounds the loss by putting all residual energy into degree F + 1, with Lambda_(F+1) as printed, where an
 //! energy carries its square, and without what P cuts at l <= F.
 //! [`TruncationEstimate::bound_with_p`] has both:
@@ -51,9 +52,13 @@ pub struct TruncationEstimate {
     pub p: usize,
     /// The share of the field at the high degrees that the truncation loses.
     pub truth: f64,
+    /// The share of the lighting's own energy that the lighting loses [Ram02, eq. 5.15]; it does not depend
+    /// on P.
+    pub by_light: f64,
     /// The share of the BRDF's own energy that the BRDF loses [Ram02, eq. 5.18].
     pub by_brdf: f64,
-    /// The lesser one of the shares that BRDF and lighting lose.
+    /// The lesser one of the shares that BRDF and lighting lose past F, and what the BRDF loses past P at l
+    /// <= F.
     pub by_min: f64,
     /// The bound of [Ram02, eq. 5.19] as it is printed.
     pub bound_printed: f64,
@@ -134,6 +139,8 @@ impl Accuracy {
         let brdf_total = self.brdf.as_flattened().iter().sum::<f64>() + self.brdf_unknown;
         let by_brdf = share(brdf_left, brdf_total);
         let by_light = share(sum(&|channel| self.light_left(channel, f)), self.lighting_total.iter().sum());
+        let past_f = sum(&|channel| self.brdf_left(channel, f, self.p)) + self.brdf_unknown;
+        let by_min = by_light.min(share(past_f, brdf_total)) + share(brdf_left - past_f, brdf_total);
         let most_light = (0..3).map(|channel| self.light_left(channel, f)).fold(0.0, f64::max);
         let printed = lambda(f + 1)
             * (sum(&|channel| self.light_left(channel, f) * self.brdf_left(channel, f, p))
@@ -144,8 +151,9 @@ impl Accuracy {
             f,
             p,
             truth: share((whole - held).max(0.0), whole),
+            by_light,
             by_brdf,
-            by_min: by_brdf.min(by_light),
+            by_min: by_min.min(1.0),
             bound_printed: share(printed, held + printed),
             bound_with_p: share(certain, held + certain),
         }
@@ -154,6 +162,16 @@ impl Accuracy {
     /// [`Accuracy::at`] for every F up to the high one.
     pub fn curve(&self, p: usize) -> Vec<TruncationEstimate> {
         (0..=self.f()).map(|f| self.at(f, p)).collect()
+    }
+
+    /// The degrees [F, P] at which the BRDF alone loses at most this share of its energy: first the least P
+    /// at the high F, then the least F at that P [RH02, sec. 5.1 and app. C]. `None` if the high degrees lose
+    /// more.
+    pub fn least_degrees(&self, tolerance: f64) -> Option<[usize; 2]> {
+        let is_enough = |f: usize, p: usize| self.at(f, p).by_brdf <= tolerance;
+        let p = (0..=self.p).find(|p| is_enough(self.f(), *p))?;
+        let f = (0..=self.f()).find(|f| is_enough(*f, p))?;
+        Some([f, p])
     }
 
     fn brdf(&self, l: usize, p: usize) -> [f64; 3] {
@@ -354,6 +372,26 @@ mod tests {
         let estimate = Accuracy::of(&field, light, brdf).at(4, 0);
         assert_eq!((estimate.truth, estimate.by_min, estimate.bound_with_p), (0.0, 0.0, 0.0));
         assert!(estimate.by_brdf > 0.1);
+    }
+
+    /// The lesser share is that of light and BRDF where only F cuts, and has all that P cuts; the least
+    /// degrees lose what they may, and one degree less loses more.
+    #[test]
+    fn light_lowers_what_f_cuts_alone() {
+        let world = field(9, 8, 4, 0.5);
+        let (light, brdf) = totals(&world);
+        let accuracy = Accuracy::of(&world, light, brdf);
+        for f in 0..=8 {
+            let cut = accuracy.at(f, 4);
+            assert!((cut.by_min - cut.by_brdf.min(cut.by_light)).abs() < 1e-12, "{cut:?}");
+        }
+        let cut = accuracy.at(8, 1);
+        assert!(cut.by_light < 1e-12 && cut.by_brdf > 0.1, "{cut:?}");
+        assert!((cut.by_min - cut.by_brdf).abs() < 1e-12, "{cut:?}");
+        let [f, p] = accuracy.least_degrees(0.2).unwrap();
+        let lost = |f: usize, p: usize| accuracy.at(f, p).by_brdf;
+        assert!(lost(f, p) <= 0.2 && lost(f - 1, p) > 0.2 && lost(8, p - 1) > 0.2, "[{f}, {p}]");
+        assert_eq!(Accuracy::of(&world, light, 4.0 * brdf).least_degrees(0.2), None, "most is unknown");
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub mod shader;
 mod sphere_map;
 pub mod stops;
 mod synthesis;
+pub mod truncation;
 mod turned_light;
 mod view_set;
 mod view_table;
@@ -70,4 +71,5 @@ pub mod revisions {
     pub use crate::reference::REVISION as REFERENCE;
     pub use crate::resample::REVISION as RESAMPLING;
     pub use crate::synthesis::REVISION as SYNTHESIS;
+    pub use crate::truncation::REVISION as TRUNCATION;
 }

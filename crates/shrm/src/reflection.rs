@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 
 use brdf::{BrdfCoefficients, Centre, Material};
 use sh::{Expansion, Window, lambda, zonal_into};
+use sphere::Rotation;
 
 use crate::lamps::Lamps;
 use crate::mean_lobe::MeanLobe;
@@ -110,6 +111,40 @@ impl Reflection {
         let parts =
             self.parts.as_ref().map(|parts| Box::new(parts.each_ref().map(|part| part.windowed(window))));
         Self { lighting: window.apply(&self.lighting), parts, ..self.clone() }
+    }
+
+    /// Returns the reflection of the light after a rotation, lamps included: what [`Reflection::convolve`]
+    /// makes of the turned light. It is exact, because the coefficients B_lmpq = L_lm rho_lpq [RH02, eq. 5]
+    /// turn with L_lm. The material does not turn: it knows the light about its central direction.
+    ///
+    /// # Example: light from +X, turned by 90 degrees about +Z, is reflected toward +Y
+    /// ```
+    /// use brdf::{Choice, Lambert, Material, project};
+    /// use sh::{Degree, Expansion};
+    /// let mut light = Expansion::zero(Degree::new(1)?);
+    /// light.coefficients_mut()[3] = [1.0; 3]; // Y_1,1, along x
+    /// let white = Material::Lambert(Lambert::new([1.0; 3])?);
+    /// let degrees = Choice::Degree { f: Degree::new(1)?, p: Degree::ZERO };
+    /// let brdf = project(&white, degrees, sh::Stop::NEVER)?.coefficients;
+    /// let field = shrm::Reflection::convolve(&light, &brdf);
+    /// let quarter = sphere::Rotation::from_yaw_pitch_roll(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    /// let [x, y] = [sphere::Direction::X, sphere::Direction::Y];
+    /// let [before, after] = [field.evaluate(x, x), field.rotated(quarter).evaluate(y, y)];
+    /// assert!((after[0] - before[0]).abs() < 1e-15);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn rotated(&self, rotation: Rotation) -> Self {
+        let lights = self.lamps.as_ref().map(|lamps| lamps.lights.clone()).unwrap_or_default();
+        let turned = sh::Lighting { series: self.lighting.clone(), lights }.rotated(rotation);
+        let lamps = self.lamps.as_ref();
+        Self {
+            lighting: turned.series,
+            brdf: self.brdf.clone(),
+            lamps: lamps.map(|lamps| Lamps { lights: turned.lights, material: lamps.material.clone() }),
+            for_light: self.for_light,
+            parts: self.parts().map(|parts| Box::new(parts.each_ref().map(|part| part.rotated(rotation)))),
+        }
     }
 
     /// The lights beside the lighting's series, and the material that reflects them; `None` if the series

@@ -1,20 +1,23 @@
 //! The text of a shader that looks up a map: made for the degree, the terms, the frame, the layout and the
 //! size of one map, so that it runs as it is.
 //!
-//! There is one source, in the words of WGSL, from which the other languages come word by word. The harmonics
-//! are unrolled from their recurrences. A local map is fetched and blended as [`crate::Lookup`] does, because
-//! its texels have frames of their own; hardware filters a global one.
+//! There is one source for all languages ([`shading_language`]). The harmonics are unrolled from their
+//! recurrences. A local map is fetched and blended as [`crate::Lookup`] does, because its texels have frames
+//! of their own; hardware filters a global one.
 
+mod components;
+mod glsl;
 mod harmonics;
-mod language;
 
 use brdf::Centre;
 use sh::Degree;
+pub use shading_language::Language;
+use shading_language::{Resource, ResourceKind, Source};
 
 use crate::{MapGrid, Shrm, Terms, View};
+pub use components::ComponentShader;
+use glsl::PRECISION;
 use harmonics::{Addend, Statement, statements};
-
-pub use language::ShaderLanguage;
 
 /// What a shader has to know of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +44,7 @@ impl MapShader {
     ///
     /// # Example: a white sky needs one coefficient
     /// ```
-    /// use shrm::shader::{MapShader, ShaderLanguage};
+    /// use shrm::shader::{Language, MapShader};
     /// use shrm::{MapGrid, Terms, View};
     /// let shader = MapShader {
     ///     grid: MapGrid::Cube(sphere::Cube { edge: 8 }),
@@ -50,13 +53,39 @@ impl MapShader {
     ///     p: sh::Degree::ZERO,
     ///     terms: Terms::Zonal,
     /// };
-    /// let text = shader.text(ShaderLanguage::Glsl);
+    /// let text = shader.text(Language::Glsl);
     /// assert!(text.contains("vec3 reflected(vec3 central, vec3 view) {"));
     /// assert!(text.contains("sum += 0.2820948 * coefficient(at, face);"));
     /// ```
-    pub fn text(&self, language: ShaderLanguage) -> String {
-        let source = [self.heading(), self.texture(language), language.translated(&self.functions())];
-        source.concat()
+    pub fn text(&self, language: Language) -> String {
+        let source = self.source();
+        let precision = match language {
+            Language::Glsl => self.precision(),
+            Language::Hlsl | Language::Metal | Language::Wgsl => "",
+        };
+        [&self.heading(), precision, &source.text(language)].concat()
+    }
+
+    fn source(&self) -> Source {
+        let is_hardware_cube = self.view == View::Global && self.is_cube();
+        let kind = if is_hardware_cube { ResourceKind::Cubes } else { ResourceKind::Layers };
+        let mut resources = vec![Resource { name: "map", kind }];
+        if self.view == View::Global {
+            let repeats = if self.is_cube() { "linear" } else { "linear, repeats across, clamped down" };
+            resources.push(Resource { name: "filtering", kind: ResourceKind::Sampler(repeats) });
+        }
+        Source { functions: self.functions(), resources, rows_from_bottom: false }
+    }
+
+    /// The version that GLSL needs, and its precision.
+    fn precision(&self) -> &'static str {
+        match (self.view, self.is_cube()) {
+            (View::Global, true) => {
+                "// GLSL ES 3.20, GLSL 4.00 or later; WebGL 2 has no cube arrays.\n\
+                 precision highp float;\nprecision highp int;\n"
+            }
+            _ => PRECISION,
+        }
     }
 
     fn is_cube(&self) -> bool {
@@ -106,64 +135,7 @@ impl MapShader {
         if self.terms == Terms::Zonal { self.p.get() + 1 } else { self.p.rows() }
     }
 
-    /// The texture, and the function that reads a coefficient of it.
-    fn texture(&self, language: ShaderLanguage) -> String {
-        let text = match (language, self.view, self.is_cube()) {
-            (ShaderLanguage::Wgsl, View::Local, _) => {
-                "@group(0) @binding(0) var map: texture_2d_array<f32>;\n\n\
-                 fn coefficient(at: vec2i, layer: i32) -> vec3f {\n    \
-                 return textureLoad(map, at, layer, 0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Glsl, View::Local, _) => {
-                "// GLSL ES 3.00, GLSL 3.30 or later.\n\
-                 precision highp float;\nprecision highp int;\nuniform highp sampler2DArray map;\n\n\
-                 vec3 coefficient(ivec2 at, int layer) {\n    \
-                 return texelFetch(map, ivec3(at, layer), 0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Hlsl, View::Local, _) => {
-                "Texture2DArray<float4> map : register(t0);\n\n\
-                 float3 coefficient(int2 at, int layer) {\n    \
-                 return map.Load(int4(at, layer, 0)).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Wgsl, View::Global, true) => {
-                "@group(0) @binding(0) var map: texture_cube_array<f32>;\n\
-                 @group(0) @binding(1) var filtering: sampler;\n\n\
-                 fn coefficient(at: vec3f, layer: i32) -> vec3f {\n    \
-                 return textureSampleLevel(map, filtering, at, layer, 0.0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Glsl, View::Global, true) => {
-                "// GLSL ES 3.20, GLSL 4.00 or later; WebGL 2 has no cube arrays.\n\
-                 precision highp float;\nprecision highp int;\nuniform highp samplerCubeArray map;\n\n\
-                 vec3 coefficient(vec3 at, int layer) {\n    \
-                 return textureLod(map, vec4(at, float(layer)), 0.0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Hlsl, View::Global, true) => {
-                "TextureCubeArray<float4> map : register(t0);\nSamplerState filtering : register(s0);\n\n\
-                 float3 coefficient(float3 at, int layer) {\n    \
-                 return map.SampleLevel(filtering, float4(at, float(layer)), 0.0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Wgsl, View::Global, false) => {
-                "@group(0) @binding(0) var map: texture_2d_array<f32>;\n\
-                 @group(0) @binding(1) var filtering: sampler;\n\n\
-                 fn coefficient(at: vec2f, layer: i32) -> vec3f {\n    \
-                 return textureSampleLevel(map, filtering, at, layer, 0.0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Glsl, View::Global, false) => {
-                "// GLSL ES 3.00, GLSL 3.30 or later.\n\
-                 precision highp float;\nprecision highp int;\nuniform highp sampler2DArray map;\n\n\
-                 vec3 coefficient(vec2 at, int layer) {\n    \
-                 return textureLod(map, vec3(at, float(layer)), 0.0).rgb;\n}\n\n"
-            }
-            (ShaderLanguage::Hlsl, View::Global, false) => {
-                "Texture2DArray<float4> map : register(t0);\nSamplerState filtering : register(s0);\n\n\
-                 float3 coefficient(float2 at, int layer) {\n    \
-                 return map.SampleLevel(filtering, float3(at, float(layer)), 0.0).rgb;\n}\n\n"
-            }
-        };
-        text.to_owned()
-    }
-
-    /// All functions but that of the texture, in the words of WGSL.
+    /// All functions, in the words of WGSL.
     fn functions(&self) -> String {
         let [_, height, width] = self.grid.shape();
         let sizes =
@@ -171,11 +143,12 @@ impl MapShader {
         let frame = if self.terms == Terms::Zonal { "" } else { FRAME };
         let w =
             if self.terms == Terms::Zonal { "vec3f(0.0, 0.0, dot(view, z))" } else { "in_frame(z, view)" };
+        let radiance = self.radiance();
         let text = match (self.view, self.is_cube()) {
-            (View::Local, true) => [&self.radiance(), frame, CUBE_PLACE, CUBE].concat(),
-            (View::Local, false) => [&self.radiance(), frame, LAT_LONG].concat(),
-            (View::Global, true) => [&self.radiance(), GLOBAL_CUBE].concat(),
-            (View::Global, false) => [&self.radiance(), GLOBAL_LAT_LONG].concat(),
+            (View::Local, true) => [LOADED, &radiance, frame, CUBE_PLACE, CUBE].concat(),
+            (View::Local, false) => [LOADED, &radiance, frame, LAT_LONG].concat(),
+            (View::Global, true) => [FROM_CUBES, &radiance, GLOBAL_CUBE].concat(),
+            (View::Global, false) => [FROM_LAYERS, &radiance, GLOBAL_LAT_LONG].concat(),
         };
         sizes(&text.replace("LOCAL_VIEW", w))
     }
@@ -222,6 +195,30 @@ impl MapShader {
         text
     }
 }
+
+/// A coefficient of a texel.
+const LOADED: &str = "\
+fn coefficient(at: vec2i, layer: i32) -> vec3f {
+    return load_layer(map, at, layer).rgb;
+}
+
+";
+
+/// A coefficient between the texels of a cube.
+const FROM_CUBES: &str = "\
+fn coefficient(at: vec3f, layer: i32) -> vec3f {
+    return sample_cube(map, at, layer, 0.0).rgb;
+}
+
+";
+
+/// A coefficient between the texels of a lat-long map.
+const FROM_LAYERS: &str = "\
+fn coefficient(at: vec2f, layer: i32) -> vec3f {
+    return sample_layer(map, at, layer).rgb;
+}
+
+";
 
 /// The view in the frame of a texel toward z, whose x and y point along theta and phi.
 const FRAME: &str = "\

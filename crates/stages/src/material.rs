@@ -10,6 +10,7 @@ mod found_material;
 mod material_edit;
 mod material_file;
 mod material_manual;
+mod material_messages;
 mod material_schema;
 mod materialx_file;
 mod presets;

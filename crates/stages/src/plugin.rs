@@ -8,12 +8,12 @@
 //!   a [`FileFormat`]. Its [`Encoding`] checks the three and gives a [`Writer`] of files.
 //! - Inputs: [`blended_frames`] and [`picture_exposure`].
 //! - Kernels that end early: [`UntilStopped`].
-//! - Messages: [`report_loss`] and [`size`].
+//! - Messages: [`report_loss`], with [`WARNED_LOSS`], and [`size`].
 //! - The preview: [`ExportedMaps`].
 
 pub use crate::picture::picture_exposure;
 pub use crate::values::quantity::size;
 pub use crate::values::{
     ChosenMaterial, Container, Content, Encoding, ExportedMaps, FileFormat, Numbers, Overflow, Place,
-    PrecisionName, Rgb, STOPS, UntilStopped, Vector, Writer, blended_frames, report_loss,
+    PrecisionName, Rgb, STOPS, UntilStopped, Vector, WARNED_LOSS, Writer, blended_frames, report_loss,
 };

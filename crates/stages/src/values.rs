@@ -32,7 +32,7 @@ pub(crate) use light_count::{LIGHTS, LightCount};
 pub use overflow::Content;
 pub(crate) use overflow::{Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
 pub(crate) use parts::PartsName;
-pub use share::report_loss;
+pub use share::{WARNED_LOSS, report_loss};
 pub(crate) use share::{about, lamps_text, percent, share};
 pub(crate) use toml_text::{TomlText, is_integer, table_of};
 pub use until_stopped::UntilStopped;

@@ -1,23 +1,13 @@
-//! The look-up of taps as text for shaders: one source for every language.
-//!
-//! The source is WGSL in which every declaration has its type, in the folder `shader`. For GLSL and HLSL its
-//! declarations are turned round, and types and functions get their names there. What a texture is and how it
-//! is sampled differs, and is made here:
-//!
-//! - `sample_2d(texture, place)`, with `place` from 0 to 1,
-//! - `sample_layer(texture, place, layer)` of an array of pictures, and
-//! - `sample_cube(texture, c, layer, mip)`.
+//! The look-up of taps as text for shaders, from one source for every language ([`shading_language`]).
 //!
 //! All names begin with `tap_` or `TAP_`, because the text becomes a part of a renderer's own shader.
-
-mod language;
-mod translation;
 
 use envmap::{Atlas, CubeMap, Image};
 
 use crate::{FacetNode, FacetTable, FacetTap, ROWS, TapRow, TapTable, VariedTable, Weights, Widths};
-pub use language::Language;
-use translation::translate;
+pub use shading_language::Language;
+use shading_language::Resource;
+use shading_language::ResourceKind::{Cubes, Layers, Picture, Sampler, Vectors};
 
 /// The textures that hold a scale space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,62 +86,47 @@ impl LookUp {
 
     /// A whole text: the declarations and the functions.
     pub fn text(&self) -> String {
-        format!("{}\n{}", self.declarations(), self.functions())
+        self.source().text(self.language)
     }
 
     /// The declarations of the textures and, if there are some, the lights. A renderer that has its own way
     /// to bind textures declares these names itself.
     pub fn declarations(&self) -> String {
-        let cubes = self.source == Source::CubeArray;
-        let mut text = String::new();
-        match self.language {
-            Language::Glsl => {
-                let levels = if cubes { "samplerCubeArray" } else { "sampler2D" };
-                text += &format!("uniform highp {levels} tap_levels;\n");
-                text += &format!("uniform highp {levels} tap_normals;\n");
-                let table = if self.table.is_varied() { "sampler2DArray" } else { "sampler2D" };
-                text += &format!("uniform highp {table} tap_table;\n");
-                if self.lights > 0 {
-                    text += &format!("uniform vec4 tap_light_directions[{}];\n", self.lights);
-                    text += &format!("uniform vec4 tap_light_irradiances[{}];\n", self.lights);
-                }
-            }
-            Language::Hlsl => {
-                let levels = if cubes { "TextureCubeArray" } else { "Texture2D" };
-                text += &format!("{levels} tap_levels;\n");
-                text += &format!("{levels} tap_normals;\n");
-                let table = if self.table.is_varied() { "Texture2DArray" } else { "Texture2D" };
-                text += &format!("{table} tap_table;\n");
-                text += "SamplerState tap_sampler;  // linear, also between mips, and clamped at edges\n";
-                if self.lights > 0 {
-                    text += &format!("float4 tap_light_directions[{}];\n", self.lights);
-                    text += &format!("float4 tap_light_irradiances[{}];\n", self.lights);
-                }
-            }
-            Language::Wgsl => {
-                let levels = if cubes { "texture_cube_array<f32>" } else { "texture_2d<f32>" };
-                let mut declare = |binding: usize, declaration: &str| {
-                    text += &format!("@group(0) @binding({binding}) {declaration};\n");
-                };
-                declare(0, &format!("var tap_levels: {levels}"));
-                declare(1, &format!("var tap_normals: {levels}"));
-                let table = if self.table.is_varied() { "texture_2d_array<f32>" } else { "texture_2d<f32>" };
-                declare(2, &format!("var tap_table: {table}"));
-                declare(3, "var tap_sampler: sampler");
-                if self.lights > 0 {
-                    let array = format!("array<vec4f, {}>", self.lights);
-                    declare(4, &format!("var<uniform> tap_light_directions: {array}"));
-                    declare(5, &format!("var<uniform> tap_light_irradiances: {array}"));
-                }
-            }
-        }
-        text
+        self.source().declarations(self.language)
     }
 
     /// The constants and functions; `tap_reflected(N, V)`, or what [`TableShape`] says, is what a shader
     /// calls, and `tap_lights(N, V)` if there are lights. The latter calls `tap_brdf(N, V, L, radius)`, which
     /// stands before this text.
     pub fn functions(&self) -> String {
+        self.source().functions(self.language)
+    }
+
+    fn source(&self) -> shading_language::Source {
+        let levels = if self.source == Source::CubeArray { Cubes } else { Picture };
+        let table = if self.table.is_varied() { Layers } else { Picture };
+        let mut resources = vec![
+            Resource { name: "tap_levels", kind: levels },
+            Resource { name: "tap_normals", kind: levels },
+            Resource { name: "tap_table", kind: table },
+            Resource {
+                name: "tap_sampler",
+                kind: Sampler("linear, also between mips, and clamped at edges"),
+            },
+        ];
+        if self.lights > 0 {
+            let names = ["tap_light_directions", "tap_light_irradiances"];
+            resources.extend(names.map(|name| Resource { name, kind: Vectors(self.lights) }));
+        }
+        shading_language::Source {
+            functions: self.wgsl(),
+            resources,
+            rows_from_bottom: self.rows_from_bottom,
+        }
+    }
+
+    /// The constants and functions in WGSL, before their look-ups in textures are translated.
+    fn wgsl(&self) -> String {
         let source = match self.source {
             Source::CubeArray => include_str!("shader/cube_array.wgsl"),
             Source::Atlas => include_str!("shader/atlas.wgsl"),
@@ -182,8 +157,7 @@ impl LookUp {
         let parts = parts.into_iter().filter(|part| !part.is_empty());
         let text = parts.map(str::trim_end).collect::<Vec<_>>().join("\n\n") + "\n";
         let [x, y, z] = self.cube_coordinates;
-        let text = text.replace("CUBE_COORDINATES", &format!("vec3f({x}, {y}, {z})"));
-        translate(&text, self.language, self.rows_from_bottom)
+        text.replace("CUBE_COORDINATES", &format!("vec3f({x}, {y}, {z})"))
     }
 
     /// Whether the axes of the renderer's world are left-handed, as those of cube coordinates are, so that a

@@ -5,12 +5,16 @@
 //! says so; if `SPECULA_REQUIRE` is set, it fails instead. Tests that repeat something many times are short
 //! unless `CI` is set.
 
+mod metal;
+
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde_json::Value;
+
+pub use metal::run_metal;
 
 /// The folder that an environment variable names. If it is unset, the test is skipped.
 ///

@@ -1,14 +1,14 @@
-//! What arrives at each vertex past the mesh, in the world's frame.
+//! What arrives at each vertex past the mesh, in the world's frame, and light in the frames of vertices.
 //!
 //! T L is in the frames of the vertices, as tables of views need it. Turned back by R_p^-1 it is a light
 //! like any other, one for each vertex.
 
 use rayon::prelude::*;
-use sh::Expansion;
+use sh::{Degree, Expansion};
 
-use crate::frames::{Frames, LANES};
+use crate::frames::{Angles, Frames, LANES};
 use crate::light_field::LightField;
-use crate::rotation::FrameRotation;
+use crate::rotation::{FrameRotation, Lanes};
 use crate::shading::FixedLight;
 use crate::transfer::Transfer;
 
@@ -21,25 +21,51 @@ use crate::transfer::Transfer;
 /// If there is no transfer, or it has not as many vertices as there are frames.
 pub fn arriving(frames: &Frames, transfer: &[Transfer], light: &Expansion) -> Vec<f32> {
     let local = FixedLight::with_transfer(transfer, light);
-    let (degree, rows) = (local.degree(), local.degree().rows());
-    let mut values = local.values();
-    assert_eq!(values.len(), frames.len() * 3 * rows, "the frames of this transfer");
-    let rotation = FrameRotation::new(degree);
+    let rows = local.degree().rows();
+    let by_channel = local.values();
+    assert_eq!(by_channel.len(), frames.len() * 3 * rows, "the frames of this transfer");
+    let mut values = vec![0.0; by_channel.len()];
+    for (vertex, by_channel) in values.chunks_exact_mut(3 * rows).zip(by_channel.chunks_exact(3 * rows)) {
+        for (place, value) in vertex.iter_mut().enumerate() {
+            *value = by_channel[place % 3 * rows + place / 3];
+        }
+    }
+    turn_each(frames, local.degree(), &mut values, FrameRotation::turn_to_world);
+    values
+}
+
+/// Turns a light at each vertex from the world's frame into that of the vertex: [V, (F+1)^2, 3], row l*l + l
+/// + m.
+///
+/// # Panics
+/// If there are not as many numbers as the frames need.
+pub fn turn_into_frames(frames: &Frames, degree: Degree, values: &mut [f32]) {
+    assert_eq!(values.len(), frames.len() * 3 * degree.rows(), "the light of these frames");
+    turn_each(frames, degree, values, FrameRotation::turn_to_local);
+}
+
+fn turn_each(
+    frames: &Frames,
+    degree: Degree,
+    values: &mut [f32],
+    turn: impl Fn(&FrameRotation, &Angles, &mut Lanes) + Sync,
+) {
+    let (rows, rotation) = (degree.rows(), FrameRotation::new(degree));
     values.par_chunks_mut(LANES * 3 * rows).zip(frames.blocks()).for_each(|(vertices, block)| {
         let mut c = vec![[0.0; LANES]; rows];
-        let mut world = vec![0.0; vertices.len()];
         for channel in 0..3 {
             for (lane, vertex) in vertices.chunks_exact(3 * rows).enumerate() {
-                c.iter_mut().zip(&vertex[channel * rows..]).for_each(|(lanes, value)| lanes[lane] = *value);
+                c.iter_mut()
+                    .zip(vertex.as_chunks::<3>().0)
+                    .for_each(|(lanes, rgb)| lanes[lane] = rgb[channel]);
             }
-            rotation.turn_to_world(&block.angles, &mut c);
-            for (lane, vertex) in world.chunks_exact_mut(3 * rows).enumerate() {
-                c.iter().enumerate().for_each(|(row, lanes)| vertex[3 * row + channel] = lanes[lane]);
+            turn(&rotation, &block.angles, &mut c);
+            for (lane, vertex) in vertices.chunks_exact_mut(3 * rows).enumerate() {
+                let rows = vertex.as_chunks_mut::<3>().0;
+                c.iter().zip(rows).for_each(|(lanes, rgb)| rgb[channel] = lanes[lane]);
             }
         }
-        vertices.copy_from_slice(&world);
     });
-    values
 }
 
 impl LightField {

@@ -38,8 +38,8 @@ pub(crate) struct Block {
     /// The axes x, y and N of the frames: x, y and z of each.
     axes: [[[f32; LANES]; 3]; 3],
     pub(crate) angles: Angles,
-    /// The vertices' places between the first material of a table, 0, and the last, 1.
-    pub(crate) blend: [f32; LANES],
+    /// The vertices' places among the materials of a table, for each parameter from 0, the first, to 1.
+    pub(crate) blend: [[f32; LANES]; 2],
 }
 
 /// The ZYZ angles of the rotation from the frames of eight vertices to the world, [x y N] = R_z(alpha)
@@ -94,7 +94,7 @@ impl Frames {
                     beta: [[1.0; LANES], [0.0; LANES]],
                     gamma: [[1.0; LANES], [0.0; LANES]],
                 },
-                blend: [0.0; LANES],
+                blend: [[0.0; LANES]; 2],
             };
             for lane in 0..LANES {
                 let filled = lane.min(frames.len() - 1);
@@ -118,22 +118,22 @@ impl Frames {
     }
 
     /// Returns the same frames for a table of several materials: where each vertex is between the first, 0,
-    /// and the last, 1.
+    /// and the last, 1, along both parameters of the table.
     ///
     /// # Panics
-    /// If the numbers are not as many as the vertices.
+    /// If the places are not as many as the vertices.
     #[must_use]
-    pub fn with_blend(mut self, blend: &[f32]) -> Self {
-        assert_eq!(blend.len(), self.len(), "a number for each vertex");
+    pub fn with_blend(mut self, blend: &[[f32; 2]]) -> Self {
+        assert_eq!(blend.len(), self.len(), "two numbers for each vertex");
         for (block, blend) in self.blocks.iter_mut().zip(blend.chunks(LANES)) {
-            block.blend = std::array::from_fn(|lane| blend[lane.min(blend.len() - 1)]);
+            block.blend = [0, 1].map(|k| std::array::from_fn(|lane| blend[lane.min(blend.len() - 1)][k]));
         }
         self
     }
 
-    /// Where a vertex is between the first material of a table, 0, and the last, 1.
-    pub fn blend(&self, vertex: usize) -> f32 {
-        self.blocks[vertex / LANES].blend[vertex % LANES]
+    /// Where a vertex is between the first material of a table, 0, and the last, 1, along both parameters.
+    pub fn blend(&self, vertex: usize) -> [f32; 2] {
+        self.blocks[vertex / LANES].blend.map(|lanes| lanes[vertex % LANES])
     }
 
     /// The number of vertices.

@@ -27,7 +27,7 @@ mod triple_products;
 mod vectors;
 mod visibility;
 
-pub use arriving::arriving;
+pub use arriving::{arriving, turn_into_frames};
 pub use directions::Directions;
 pub use frames::{Frames, FramesError, Viewer};
 pub use half_transfer::HalfTransfer;
@@ -37,6 +37,7 @@ pub use lights::shade_lights;
 pub use matte::{MatteTransfer, NotMatte};
 pub use occluder_nodes::OccluderNode;
 pub use occluders::Occluders;
+pub use rotation::quarter_turns;
 pub use shading::{FixedLight, FixedView, shade, shade_with_transfer};
 pub use stored::{Form, StoredTransfer};
 pub use transfer::{MOST_BYTES, Transfer, TransferDegrees, TransferError, precompute};

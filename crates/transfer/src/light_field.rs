@@ -139,6 +139,13 @@ impl LightField {
         Self { degree, points: self.points.clone(), lights: self.lights.iter().map(plus).collect() }
     }
 
+    /// The field with another light of the same degree at each point, made from the one there.
+    #[must_use]
+    pub fn with_lights(&self, other: impl Fn(&Expansion) -> Expansion) -> Self {
+        let lights = self.lights.iter().map(|light| other(light).to_degree(self.degree));
+        Self { degree: self.degree, points: self.points.clone(), lights: lights.collect() }
+    }
+
     /// The radiance of each vertex, RGB, as [`crate::shade`] has it under the light at the vertex. Uses all
     /// threads; the result does not depend on their number.
     pub fn shade(&self, frames: &Frames, table: &BrdfTable, viewer: Viewer) -> Vec<[f32; 3]> {

@@ -50,6 +50,15 @@ fn column(l: usize, row: usize, k: usize) -> Option<usize> {
     }
 }
 
+/// The turns about x by 90 degrees and by -90 of coefficients up to a degree, for shaders that turn a light
+/// into the frames of vertices [KSS02, app.]: for each band from degree 1 on the entries [2 l + 1, l / 2 +
+/// 1], those of a row that are not zero (0 if they are fewer).
+pub fn quarter_turns(degree: Degree) -> Vec<[f32; 2]> {
+    let entries =
+        |quarter: Quarter| quarter.turn.into_iter().zip(quarter.back).map(|(turn, back)| [turn, back]);
+    FrameRotation::new(degree).bands.into_iter().flat_map(entries).collect()
+}
+
 impl FrameRotation {
     pub(crate) fn new(degree: Degree) -> Self {
         let rows = degree.rows();

@@ -206,12 +206,7 @@ impl FixedLight {
 
     /// The light in the frames: [V, 3, (F+1)^2].
     pub fn values(&self) -> Vec<f32> {
-        let length = 3 * self.degree.rows();
-        let vertex = |vertex: usize| {
-            let block = &self.values[vertex / LANES * length..][..length];
-            block.iter().map(move |lanes| lanes[vertex % LANES])
-        };
-        (0..self.count).flat_map(vertex).collect()
+        by_vertex(&self.values, self.count, 3 * self.degree.rows())
     }
 
     /// The radiance of each vertex, RGB, as [`shade`] has it.
@@ -229,6 +224,16 @@ impl FixedLight {
         });
         radiance
     }
+}
+
+/// The `length` numbers of each vertex, one vertex after the other, from blocks of eight.
+fn by_vertex(blocks: &[[f32; LANES]], count: usize, length: usize) -> Vec<f32> {
+    let mut values = vec![0.0; count * length];
+    values.par_chunks_mut(length).enumerate().for_each(|(vertex, values)| {
+        let block = &blocks[vertex / LANES * length..][..length];
+        values.iter_mut().zip(block).for_each(|(value, lanes)| *value = lanes[vertex % LANES]);
+    });
+    values
 }
 
 struct TurnLight<'a> {
@@ -343,6 +348,16 @@ impl FixedView {
             }
         });
         Self { degree, channels, count: frames.len(), values }
+    }
+
+    /// The degree of the coefficients.
+    pub fn degree(&self) -> Degree {
+        self.degree
+    }
+
+    /// The coefficients in the world: [V, channels, (F+1)^2], with one channel or three.
+    pub fn values(&self) -> Vec<f32> {
+        by_vertex(&self.values, self.count, self.channels * self.degree.rows())
     }
 
     /// The radiance of each vertex, RGB, as [`shade`] has it.

@@ -79,8 +79,9 @@ struct Scene {
 impl Scene {
     fn new(parts: &[Mesh], materials: &[Material], output: usize, count: usize) -> Self {
         let mesh = Mesh::joined(parts).unwrap();
-        let places = parts.iter().enumerate().flat_map(|(k, part)| vec![k as f32; part.positions().len()]);
-        let places: Vec<f32> = places.collect();
+        let places =
+            parts.iter().enumerate().flat_map(|(k, part)| vec![[k as f32, 0.0]; part.positions().len()]);
+        let places: Vec<[f32; 2]> = places.collect();
         let frames = Frames::of(&mesh).unwrap().with_blend(&places);
         let occluders = Occluders::of(&mesh);
         let directions = Directions::new(count, degree(output + 4)).unwrap();

@@ -3,12 +3,11 @@
 //! Where a series or a sum of few wavelets is zero or negative, no point is drawn, though the lobe is
 //! positive there: an estimate of the lobe that these points make lacks that share of it, always.
 
-use sampling::{Options, Sampler};
+use sampling::{Haar, Options, Sampler};
 use sampling::{ProductOptions, ProductSampler, ProductTables, Sample, Tables, TexelLight};
 use sh::Degree;
 use sphere::{DVec3, Direction, LatLong, spiral};
 
-use super::haar::Haar;
 use super::phong::Phong;
 use super::picture::{Picture, grey, mix};
 use super::{first, vector};
@@ -75,11 +74,11 @@ impl Case {
 
 /// The `count` largest wavelets of a lobe's texels, as the values they add up to.
 pub(super) fn wavelets(phong: &Phong, count: usize) -> Vec<f64> {
-    let texel = |index: usize| [phong.value(texel_direction(index))];
-    let texels: Vec<[f64; 1]> = (0..GRID.len()).map(texel).collect();
-    let mut haar = Haar::of(GRID.height, GRID.width, &texels);
-    haar.keep_largest(count);
-    haar.values().into_iter().map(|[value]| value).collect()
+    let texel = |index: usize| [phong.value(texel_direction(index)) as f32];
+    let texels: Vec<[f32; 1]> = (0..GRID.len()).map(texel).collect();
+    let mut haar = Haar::new(&[1.0; GRID.height], &[1.0; GRID.width], texels);
+    haar.keep(&haar.by_size()[..count]);
+    haar.values().into_iter().map(|[value]| value.into()).collect()
 }
 
 fn texel_direction(index: usize) -> DVec3 {

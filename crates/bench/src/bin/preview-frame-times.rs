@@ -1,29 +1,28 @@
 //! Frame times of the preview on this machine's graphics device, printed as a table.
 //!
-//! `cargo run --release -p bench --bin preview-frame-times [-- [--size WIDTHxHEIGHT] [--frames N] [MESH]]`
+//! `cargo run --release -p bench --features gpu --bin preview-frame-times -- [OPTIONS] [MESH]`
 //!
-//! MESH is a glTF file; without it, FlightHelmet of the folder that `SPECULA_CORPUS` names, or else the torus
-//! knot. Every mode is timed with that one mesh, and with sixteen torus knots of sixteen materials, each with
-//! a map and a BRDF table of its own; the camera goes on by two degrees a frame. A frame is all from the
-//! scene to sRGB codes in a texture: its time begins before commands are recorded and ends when the device
-//! has done them. `WGPU_BACKEND` chooses the backend.
+//! The options are `--size WIDTHxHEIGHT` and `--frames N`. MESH is a glTF file; without it, FlightHelmet of
+//! the folder that `SPECULA_CORPUS` names, or else the torus knot. Every mode is timed with that one mesh,
+//! and with sixteen torus knots of sixteen materials, each with a map and a BRDF table of its own; the camera
+//! goes on by two degrees a frame. A frame is all from the scene to sRGB codes in a texture: its time begins
+//! before commands are recorded and ends when the device has done them. `WGPU_BACKEND` chooses the backend.
 //!
 //! Brute force adds as many light samples to each frame as it has time for: the last column has the mean.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
+use bench::frames::{Times, studio};
 use brdf::{Choice, Material, Microfacet, project, tabulate};
-use containers::ReadOptions;
-use envmap::{Environment, Layout, ToneMap};
+use envmap::ToneMap;
 use glam::{DAffine3, DVec3};
 use mesh::Mesh;
 use preview::{
-    Background, Camera, CompactMap, CompactTaps, Gpu, Light, Look, MapSizes, Mode, Object, Renderer, Scene,
-    Shot, Show,
+    Background, Camera, CompactMap, CompactTaps, Gpu, Light, Look, MapSizes, Mode, Object, PointSet,
+    Renderer, Scene, Shot, Show,
 };
-use sh::{Degree, Stop, Tolerance, Transform};
+use sh::{Degree, Stop, Tolerance};
 use shrm::Reflection;
 use sphere::Rotation;
 use taps::{ScaleSpace, Widths, fit};
@@ -34,12 +33,6 @@ struct Order {
     size: [u32; 2],
     frames: usize,
     mesh: Option<PathBuf>,
-}
-
-/// The times of some frames, sorted, and how many light samples were in each.
-struct Times {
-    sorted: Vec<Duration>,
-    light_samples: f64,
 }
 
 fn main() {
@@ -109,34 +102,26 @@ fn run(order: &Order) -> Result<(), String> {
     println!("{:>20} {:>9} {:>9}   {:>9} {:>9} {:>14}", "", "one mesh", "", "16 SHRMs", "", "light samples");
     println!("{:>20} {:>9} {:>9}   {:>9} {:>9} {:>14}", "", "median", "p95", "median", "p95", "a frame");
     for mode in Mode::ALL {
-        let alone = times(&mut gpu, &one, mode, order)?;
-        let many = times(&mut gpu, &sixteen, mode, order)?;
+        let (alone, samples_alone) = times(&mut gpu, &one, mode, order)?;
+        let (many, samples_of_many) = times(&mut gpu, &sixteen, mode, order)?;
         let light_samples = match mode {
-            mode if mode.is_brute_force() => format!("{:.1} {:.1}", alone.light_samples, many.light_samples),
+            mode if mode.is_brute_force() => format!("{samples_alone:.1} {samples_of_many:.1}"),
             _ => String::new(),
         };
         println!(
             "{:>20} {:>9.2} {:>9.2}   {:>9.2} {:>9.2} {light_samples:>14}",
             mode.name(),
-            alone.percentile(0.5),
-            alone.percentile(0.95),
-            many.percentile(0.5),
-            many.percentile(0.95),
+            1e3 * alone.percentile(0.5),
+            1e3 * alone.percentile(0.95),
+            1e3 * many.percentile(0.5),
+            1e3 * many.percentile(0.95),
         );
     }
     Ok(())
 }
 
-impl Times {
-    /// In milliseconds: the least that so large a share of the frames does not pass.
-    fn percentile(&self, share: f64) -> f64 {
-        let rank = (share * self.sorted.len() as f64).ceil() as usize;
-        1e3 * self.sorted[rank.saturating_sub(1).min(self.sorted.len() - 1)].as_secs_f64()
-    }
-}
-
-/// The times of frames, after some to warm up.
-fn times(gpu: &mut Gpu, scene: &Scene, mode: Mode, order: &Order) -> Result<Times, String> {
+/// The times of frames, after some to warm up, and the light samples of each.
+fn times(gpu: &mut Gpu, scene: &Scene, mode: Mode, order: &Order) -> Result<(Times, f64), String> {
     let mut shot = Shot {
         size: order.size,
         samples: 1,
@@ -147,9 +132,10 @@ fn times(gpu: &mut Gpu, scene: &Scene, mode: Mode, order: &Order) -> Result<Time
         exposure: 0.0,
         tone: ToneMap::Filmic,
         light_samples: u32::MAX,
+        points: PointSet::Even,
     };
     let warm = order.frames.div_ceil(10);
-    let (mut sorted, mut light_samples, mut before) = (Vec::new(), 0.0, 0);
+    let (mut times, mut light_samples, mut before) = (Vec::new(), 0.0, 0);
     for frame in 0..warm + order.frames {
         // Brute force gathers light while nothing moves.
         if !mode.is_brute_force() {
@@ -157,13 +143,12 @@ fn times(gpu: &mut Gpu, scene: &Scene, mode: Mode, order: &Order) -> Result<Time
         }
         let (took, drawn) = gpu.timed(scene, &shot).map_err(|error| error.to_string())?;
         if frame >= warm {
-            sorted.push(took);
+            times.push(took);
             light_samples += f64::from(drawn.light_samples - before) / order.frames as f64;
         }
         before = drawn.light_samples;
     }
-    sorted.sort();
-    Ok(Times { sorted, light_samples })
+    Ok((Times::new(times), light_samples))
 }
 
 fn knot() -> Mesh {
@@ -232,20 +217,6 @@ fn scales(light: &Light) -> Result<Arc<ScaleSpace>, String> {
     let widths = Widths::new(64).ok_or("no widths")?;
     let made = ScaleSpace::new(environment, &lamps, widths, Stop::NEVER);
     Ok(Arc::new(made.map_err(|error| error.to_string())?))
-}
-
-/// The sample assets' studio.
-fn studio() -> Result<Arc<Light>, String> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/environments/studio.exr");
-    let bytes = std::fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
-    let image =
-        containers::read_image(&bytes, &ReadOptions::default()).map_err(|error| error.to_string())?.image;
-    let environment =
-        Environment::from_image(image, Layout::LatLong, None).map_err(|error| error.to_string())?;
-    let degree = Degree::new(30).map_err(|error| error.to_string())?;
-    let transform = Transform::new(environment.grid(), degree).map_err(|error| error.to_string())?;
-    let lighting = transform.analyse(environment.pixels());
-    Ok(Arc::new(Light::new(environment, Some(lighting))))
 }
 
 /// The mesh of a glTF file.

@@ -29,7 +29,7 @@ impl BrdfTable {
     }
 
     /// c_i toward eight views, given by their x, y and z: eight times [(F+1)^2, channels]. Each is blended
-    /// between the materials next to its `blend`, from the first, 0, to the last, 1.
+    /// between the materials about its place q, of which `blend` has both numbers.
     ///
     /// A part of kernels that are compiled for vectors of eight; its multiply-adds are fused, so that it
     /// differs from [`BrdfTable::blend_into`] by rounding.
@@ -40,7 +40,7 @@ impl BrdfTable {
     pub fn lookup_eight<S: Simd>(
         &self,
         simd: S,
-        blend: &[f32; LANES],
+        blend: &[[f32; LANES]; 2],
         views: &[[f32; LANES]; 3],
         c: &mut [f32],
     ) {
@@ -57,48 +57,65 @@ impl BrdfTable {
     fn eight<S: Simd>(
         &self,
         simd: S,
-        blend: &[f32; LANES],
+        blend: &[[f32; LANES]; 2],
         CornersOfEight { texels, weights }: &CornersOfEight,
         c: &mut [f32],
         texel: usize,
     ) {
-        let last = self.count() - 1;
+        let several = self.count() > 1;
         for (lane, c) in c.chunks_exact_mut(texel).enumerate() {
             let corners = [0, 1, 2, 3].map(|corner| texels[corner][lane] as usize * texel);
             let weights = [0, 1, 2, 3].map(|corner| weights[corner][lane]);
-            if last == 0 {
+            if !several {
                 interpolate_wide(simd, &self.values, corners, weights, c);
                 continue;
             }
-            let (first, share) = between(blend[lane], last);
+            let [(first, _), others @ ..] = self.about(blend.map(|blend| blend[lane]));
             interpolate_wide(simd, self.map(first), corners, weights, c);
-            self.add_share(first, share, corners, weights, c);
+            self.add_shares(others, corners, weights, c);
         }
     }
 
-    /// c_i(v) between the materials next to `blend`, from the first, 0, to the last, 1.
+    /// c_i(v, q) between the materials about a place q of the grid: for each parameter a number from the
+    /// first material, 0, to the last, 1. The second counts only if the grid has several materials across.
     ///
     /// # Panics
     /// If `c` does not have [`BrdfTable::texel`] elements.
     #[inline(always)]
-    pub fn blend_into(&self, blend: f32, view: Direction, c: &mut [f32]) {
+    pub fn blend_into(&self, blend: [f32; 2], view: Direction, c: &mut [f32]) {
         assert_eq!(c.len(), self.texel(), "a texel");
         self.blend(blend, view.vector().as_vec3().to_array(), c);
     }
 
     #[inline(always)]
-    fn blend(&self, blend: f32, [x, y, z]: [f32; 3], c: &mut [f32]) {
+    fn blend(&self, blend: [f32; 2], [x, y, z]: [f32; 3], c: &mut [f32]) {
         let (corners, weights) = self.corners(x, y, z);
-        let (first, share) = between(blend, self.count() - 1);
+        let [(first, _), others @ ..] = self.about(blend);
         interpolate(self.map(first), corners, weights, c);
-        self.add_share(first, share, corners, weights, c);
+        self.add_shares(others, corners, weights, c);
     }
 
-    /// Blends a share of the material after `first` in.
+    /// The four materials about a place of the grid, to be blended one after the other: each has its share
+    /// in the blend of those up to it. Materials of no share may be beyond the end.
     #[inline(always)]
-    fn add_share(&self, first: usize, share: f32, corners: [usize; 4], weights: [f32; 4], c: &mut [f32]) {
-        if share > 0.0 {
-            let other = self.map(first + 1);
+    fn about(&self, blend: [f32; 2]) -> [(usize, f32); 4] {
+        let [along, across] = self.grid();
+        let ((first, s), (second, t)) = (between(blend[0], along - 1), between(blend[1], across - 1));
+        let corner = first * across + second;
+        [
+            (corner, 1.0),
+            (corner + across, s),
+            (corner + 1, (1.0 - s) * t / (1.0 - s * t)),
+            (corner + across + 1, s * t),
+        ]
+    }
+
+    /// Blends the shares of other materials in, one after the other.
+    #[inline(always)]
+    fn add_shares(&self, others: [(usize, f32); 3], corners: [usize; 4], weights: [f32; 4], c: &mut [f32]) {
+        // The share of a place that is NaN is not above 0.
+        for (other, share) in others.into_iter().filter(|(_, share)| *share > 0.0) {
+            let other = self.map(other);
             for (k, c) in c.iter_mut().enumerate() {
                 let mut value = 0.0;
                 for (corner, weight) in corners.iter().zip(weights) {

@@ -1,15 +1,15 @@
 //! Tables of several materials, between which a surface varies.
 //!
-//! This is a table c_i(v, q) of one more dimension [KSS02, sec. 3 and fig. 4]. The materials are evenly
-//! spaced in q, from 0 to Q - 1, and what lies between is blended: it reflects the shares of both, which is
-//! not quite what a material with the mean of their parameters reflects.
+//! This is a table c_i(v, q) of one more dimension, or of two [KSS02, sec. 3 and fig. 4]. The materials are
+//! evenly spaced in q, in a row or on a grid, and what lies between is blended: it reflects the shares of its
+//! two or four neighbours, which is not quite what a material with the mean of their parameters reflects.
 
 use super::{BelowHorizon, BrdfTable};
 
 impl BrdfTable {
-    /// The tables as one, in their order; `None` if there are none, or they differ in degree or size. It is
-    /// grey if all of them are, mirrors views from below the horizon if all of them do, and is lit from there
-    /// if one of them is.
+    /// The tables as one, in their order and in a row; `None` if there are none, or they differ in degree or
+    /// size. It is grey if all of them are, mirrors views from below the horizon if all of them do, and is
+    /// lit from there if one of them is.
     ///
     /// # Example: half way between black and white is grey
     /// ```
@@ -20,7 +20,7 @@ impl BrdfTable {
     /// };
     /// let both = BrdfTable::joined(&[table(0.0)?, table(1.0)?]).unwrap();
     /// let mut c = [0.0];
-    /// both.blend_into(0.5, sphere::Direction::Z, &mut c);
+    /// both.blend_into([0.5, 0.0], sphere::Direction::Z, &mut c);
     /// let sky = (4.0 * std::f32::consts::PI).sqrt();
     /// assert!((c[0] * sky - 0.5).abs() < 1e-6);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -72,7 +72,7 @@ mod tests {
         let view = Direction::from_angles(0.7, 1.1);
         let at = |q: f32| {
             let mut c = [0.0; 12];
-            all.blend_into(0.5 * q, view, &mut c);
+            all.blend_into([0.5 * q, 0.7], view, &mut c);
             c
         };
         let mut alone = [0.0; 12];
@@ -89,6 +89,40 @@ mod tests {
             }
         }
         assert_eq!((at(9.0), at(f32::NAN)), (at(2.0), at(0.0)));
+    }
+
+    /// The oracle is the bilinear sum of the four materials' own tables.
+    #[test]
+    fn a_grid_is_blended_along_both_parameters() {
+        let phong = |a: usize, b: usize| Phong::new(2.0 + 3.0 * a as f64, [0.1 + 0.2 * b as f64; 3]).unwrap();
+        let tables: Vec<BrdfTable> = (0..6).map(|q| table(Material::Phong(phong(q / 3, q % 3)), 4)).collect();
+        let all = BrdfTable::joined(&tables).unwrap();
+        assert_eq!((all.grid(), all.clone().with_grid([2, 2])), ([6, 1], None));
+        let all = all.with_grid([2, 3]).unwrap();
+        assert_eq!(all.grid(), [2, 3]);
+        let view = Direction::from_angles(0.7, 1.1);
+        let of = |q: usize| {
+            let mut c = [0.0; 4];
+            tables[q].lookup_into(0, view, &mut c);
+            c
+        };
+        for (place, expected) in [
+            ([0.0, 0.0], [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]),
+            ([1.0, 1.0], [(5, 1.0), (5, 0.0), (5, 0.0), (5, 0.0)]),
+            ([1.0, 0.75], [(4, 0.5), (5, 0.5), (0, 0.0), (0, 0.0)]),
+            ([0.25, 0.5], [(1, 0.75), (4, 0.25), (0, 0.0), (0, 0.0)]),
+            ([0.25, 0.6], [(1, 0.6), (2, 0.15), (4, 0.2), (5, 0.05)]),
+            ([0.999, 0.999], [(1, 2e-6), (2, 9.98e-4), (4, 0.001998), (5, 0.997002)]),
+            ([-3.0, 9.0], [(2, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]),
+            ([f32::NAN, f32::NAN], [(0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]),
+        ] {
+            let mut found = [0.0; 4];
+            all.blend_into(place, view, &mut found);
+            for (row, found) in found.into_iter().enumerate() {
+                let expected: f32 = expected.iter().map(|(q, share)| share * of(*q)[row]).sum();
+                assert!((found - expected).abs() < 1e-6, "{place:?} {row}: {found} {expected}");
+            }
+        }
     }
 
     #[test]

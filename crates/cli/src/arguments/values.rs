@@ -3,6 +3,7 @@
 //! # Errors
 //! Each parser says what it expects if the text is something else.
 
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use ::preview::{Mode, SubjectRequest};
@@ -67,6 +68,20 @@ pub(super) fn subject(text: &str) -> Result<SubjectRequest, String> {
         }
     }
     Ok(request)
+}
+
+/// An address to serve at: `PORT`, `IP` or `IP:PORT`.
+pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
+    let here = IpAddr::V4(Ipv4Addr::LOCALHOST);
+    let of_localhost = text.strip_prefix("localhost:").unwrap_or(text);
+    text.parse::<SocketAddr>()
+        .or_else(|_| of_localhost.parse::<u16>().map(|port| SocketAddr::new(here, port)))
+        .or_else(|_| text.parse::<IpAddr>().map(|ip| SocketAddr::new(ip, 0)))
+        .map_err(|_| {
+            "expected an address such as 127.0.0.1:8080, or a port; to use the default, write other words before \
+             --serve"
+                .into()
+        })
 }
 
 /// The help of `--preset` of `convert`, which lists the engines that load a cube.
@@ -221,5 +236,21 @@ mod tests {
         }
         assert_eq!(mode("cabrel").unwrap_err(), "there is no such mode; did you mean \"cabral\"?");
         assert!(mode("x-ray-vision").unwrap_err().contains("only local-shrm, global-shrm"));
+    }
+
+    #[test]
+    fn a_page_is_served_at_an_address_or_a_port() {
+        for (text, address) in [
+            ("8080", "127.0.0.1:8080"),
+            ("localhost:0", "127.0.0.1:0"),
+            ("0.0.0.0", "0.0.0.0:0"),
+            ("[::1]:80", "[::1]:80"),
+            ("192.168.0.7:9000", "192.168.0.7:9000"),
+        ] {
+            assert_eq!(super::address(text), Ok(address.parse().unwrap()), "{text}");
+        }
+        for text in ["maps", "", "70000", "example.com:80"] {
+            assert!(super::address(text).is_err(), "{text}");
+        }
     }
 }

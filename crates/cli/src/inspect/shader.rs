@@ -1,5 +1,5 @@
-//! `specula inspect FILE --shader`: a shader that looks up a reflection map in spherical harmonics, made for
-//! the degree, terms, view, layout and size that its file states.
+//! `specula inspect FILE --shader`: a shader that looks up a reflection map in spherical harmonics or in
+//! components, made for the degree, terms, view, layout and size that its file states.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::path::Path;
 use brdf::Centre;
 use containers::{Error, is_texture, read_exr_layers, read_texture, tensors};
 use sh::Degree;
-use shrm::shader::{MapShader, ShaderLanguage};
+use shrm::shader::{ComponentShader, Language, MapShader};
 use shrm::{MapLayout, Terms, View};
 
 use engine::path_text;
@@ -25,20 +25,37 @@ pub(crate) fn print_shader(file: &Path, language: ShaderName) -> Result<Exit, Co
     let Some(shader) = of_file(&bytes) else {
         let message =
             format!("{place} is not a reflection map in spherical harmonics, but --shader needs one");
-        let help = "name a file of export-shrm: KTX2, OpenEXR or safetensors";
+        let help = "name a file of export-shrm: KTX2, OpenEXR or safetensors; of components, KTX2";
         return Err(CommandError::usage([message]).with_help(Some(help)));
     };
     let shader = shader.map_err(|error| CommandError::usage([format!("{place}: {error}")]))?;
     let language = match language {
-        ShaderName::Glsl => ShaderLanguage::Glsl,
-        ShaderName::Wgsl => ShaderLanguage::Wgsl,
-        ShaderName::Hlsl => ShaderLanguage::Hlsl,
+        ShaderName::Glsl => Language::Glsl,
+        ShaderName::Wgsl => Language::Wgsl,
+        ShaderName::Hlsl => Language::Hlsl,
+        ShaderName::Metal => Language::Metal,
     };
     Ok(print::data(&shader.text(language)))
 }
 
+/// A map that a shader looks up.
+#[derive(Debug, PartialEq)]
+enum LookUp {
+    Harmonics(MapShader),
+    Components(ComponentShader),
+}
+
+impl LookUp {
+    fn text(&self, language: Language) -> String {
+        match self {
+            Self::Harmonics(shader) => shader.text(language),
+            Self::Components(shader) => shader.text(language),
+        }
+    }
+}
+
 /// What a shader has to know of the map in a file; `None` if the file has no such map.
-fn of_file(bytes: &[u8]) -> Option<Result<MapShader, Error>> {
+fn of_file(bytes: &[u8]) -> Option<Result<LookUp, Error>> {
     if is_texture(bytes) {
         let file = read_texture(bytes).ok()?;
         return of_texts(&file.metadata, file.texture.width).map(Ok);
@@ -46,15 +63,27 @@ fn of_file(bytes: &[u8]) -> Option<Result<MapShader, Error>> {
     if super::looks_like_safetensors(bytes) {
         let texts = tensors::describe(bytes).ok()?.metadata;
         let is_map = texts.get("kind").is_some_and(|kind| kind == "shrm");
-        return is_map.then(|| tensors::decode_shrm(bytes).map(|map| MapShader::of(&map)));
+        let decoded = || tensors::decode_shrm(bytes).map(|map| LookUp::Harmonics(MapShader::of(&map)));
+        return is_map.then(decoded);
     }
     let file = read_exr_layers(bytes).ok()?;
     of_texts(&file.metadata, file.width).map(Ok)
 }
 
 /// What the texts of a texture or an image say of a map whose faces or rows have this width.
-fn of_texts(texts: &BTreeMap<String, String>, width: usize) -> Option<MapShader> {
+fn of_texts(texts: &BTreeMap<String, String>, width: usize) -> Option<LookUp> {
     let text = |key: &str| texts.get(&format!("specula.{key}")).map(String::as_str);
+    let number = |key: &str| text(key)?.parse::<u16>().ok().map(usize::from);
+    let centre = match text("centre")? {
+        "reflection" => Centre::Reflection,
+        "normal" => Centre::Normal,
+        "tangent" => Centre::Tangent,
+        _ => return None,
+    };
+    if let (Some(count), Some(edge), true) = (number("components"), number("edge"), centre != Centre::Tangent)
+    {
+        return Some(LookUp::Components(ComponentShader { centre, count, edge }));
+    }
     let grid = match text("layout")? {
         "cube" => MapLayout::Cube.grid(width),
         "lat-long" => MapLayout::LatLong.grid(width / 2),
@@ -65,19 +94,13 @@ fn of_texts(texts: &BTreeMap<String, String>, width: usize) -> Option<MapShader>
         "global" => View::Global,
         _ => return None,
     };
-    let centre = match text("centre")? {
-        "reflection" => Centre::Reflection,
-        "normal" => Centre::Normal,
-        "tangent" => Centre::Tangent,
-        _ => return None,
-    };
     let terms = match text("terms")? {
         "all" => Terms::All,
         "zonal" => Terms::Zonal,
         _ => return None,
     };
-    let p = text("degree")?.parse().ok().and_then(|degree| Degree::new(degree).ok())?;
-    Some(MapShader { grid, view, centre, p, terms })
+    let p = Degree::new(number("degree")?).ok()?;
+    Some(LookUp::Harmonics(MapShader { grid, view, centre, p, terms }))
 }
 
 #[cfg(test)]
@@ -87,6 +110,23 @@ mod tests {
     use sphere::{Cube, LatLong};
 
     use super::*;
+
+    #[test]
+    fn textures_of_components_say_what_their_shader_has_to_know() {
+        let entries = [("specula.centre", "reflection"), ("specula.components", "9"), ("specula.edge", "2")];
+        let texture = Texture {
+            width: 4,
+            height: 4,
+            layers: 54,
+            pixels: vec![[0.5; 3]; 16 * 54],
+            ..Texture::default()
+        };
+        let ktx2 = write_ktx2(&texture, Precision::Half, None, &entries).unwrap().bytes;
+        let found = of_file(&ktx2).unwrap().unwrap();
+        let expected = ComponentShader { centre: Centre::Reflection, count: 9, edge: 2 };
+        assert_eq!(found, LookUp::Components(expected));
+        assert!(found.text(Language::Hlsl).contains("for (int k = 0; k < 9; k++) {"));
+    }
 
     /// A texture and safetensors say the same of a map as the map itself.
     #[test]
@@ -110,10 +150,10 @@ mod tests {
             let safetensors = tensors::encode_shrm(&map, &[], None).unwrap();
             for bytes in [ktx2, safetensors] {
                 let found = of_file(&bytes).unwrap().unwrap();
-                assert_eq!(found, MapShader::of(&map));
+                assert_eq!(found, LookUp::Harmonics(MapShader::of(&map)));
                 let last = row_names(p.get(), terms).len() - 1;
                 let layer = if (view, faces) == (View::Local, 6) { 6 * last } else { last };
-                let text = found.text(ShaderLanguage::Wgsl);
+                let text = found.text(Language::Wgsl);
                 assert!(text.contains(&format!("{layer})")), "{text}");
             }
         }

@@ -1,7 +1,7 @@
-//! Between the watcher and the window: reads the results of the last build, and shows the subject that is
-//! wanted.
+//! Between the watcher and the window or page: reads the results of the last build, and shows the subject
+//! that is wanted.
 //!
-//! The window, the watcher and Ctrl-C all send a [`PreviewMessage`]. The controller reads all the messages
+//! The view, the watcher and Ctrl-C all send a [`PreviewMessage`]. The controller reads all the messages
 //! that are there before it acts: of several requests for a subject it answers the latest.
 
 use std::iter;
@@ -11,38 +11,32 @@ use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ::preview::{
-    Aim, Catalog, InitialView, Light, List, Object, Picture, PreviewUpdate, RenderError, Scene, Subject,
-    SubjectDetails, SubjectRequest,
+    Aim, Catalog, Light, List, Object, Picture, PreviewUpdate, Scene, Subject, SubjectDetails, SubjectRequest,
 };
-use engine::{Cancel, Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
-use sh::Stop;
+use engine::{Error, Event, ItemIndex, ItemName, Plan, ResultsSnapshot, Wanted};
 use stages::{PreviewCatalog, SceneCache};
 
 use super::dropped::{self, DroppedProject, Shown};
 use super::files::PreviewFiles;
 use super::material_edit::MaterialEdits;
 use super::project::{self, Project};
-use super::request::WindowRequest;
+use super::request::{ViewPlace, ViewRequest};
 use super::status::{BuildStatus, Toast};
+use super::subject;
 use super::subject::SubjectError;
 use super::watched::WatchedProject;
-use super::{still, subject};
-use crate::arguments::Backend;
-use crate::print::{self, say};
+use crate::print::say;
 
 pub(crate) use edits::MaterialEdit;
 
-/// Sends updates to a window.
-type Window = Box<dyn Fn(PreviewUpdate) + Send>;
+/// Sends updates to a window or a page.
+type View = Box<dyn Fn(PreviewUpdate) + Send>;
 
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends some of these"))]
 pub(crate) enum PreviewMessage {
     /// An event of the watcher, and when it came.
     Event(Event, Instant),
-    /// A window is open.
-    Opened(Window),
-    /// No window can be opened: draw what it would have shown.
-    NoWindow(Box<InitialView>),
+    /// A view is open.
+    Opened(View),
     Show(Subject),
     /// The watcher begins with the project of this manifest.
     Watched(PathBuf),
@@ -56,19 +50,10 @@ pub(crate) enum PreviewMessage {
     ProposeLight(Aim),
     /// Write a turn of the light to the manifest, if these lines still say what changes.
     SaveLight(Aim, Vec<String>),
-    /// Close the window, even if it has not opened yet.
+    /// Close the view, even if it has not opened yet.
     Close,
     /// No other message follows.
     End,
-}
-
-/// The output in which the subject is shown.
-enum CommandOutput {
-    /// The subject is not shown yet.
-    None,
-    Window(Window),
-    /// The subject is drawn into a file, in place of the window that would have had this view.
-    Still(Box<InitialView>),
 }
 
 /// The work that is left to do after all messages are read.
@@ -96,9 +81,7 @@ struct PendingWork {
 
 /// The controller of a preview; see the module's documentation.
 pub(crate) struct PreviewController<'a> {
-    request: &'a WindowRequest<'a>,
-    /// Stops the watcher: without a window, after a still is drawn.
-    cancel: &'a Cancel,
+    request: &'a ViewRequest<'a>,
     watched: &'a WatchedProject,
     project: Project,
     /// Whether the watcher of the project in the window has not begun.
@@ -109,10 +92,8 @@ pub(crate) struct PreviewController<'a> {
     cache: PathBuf,
     files: PreviewFiles,
     start: Instant,
-    output: CommandOutput,
+    view: Option<View>,
     closing: bool,
-    /// Whether the watcher has nothing more to build until something changes.
-    built: bool,
     status: BuildStatus,
     catalog: Option<PreviewCatalog>,
     /// The results of the catalog's plan.
@@ -147,24 +128,18 @@ struct Sent {
 }
 
 impl<'a> PreviewController<'a> {
-    pub(crate) fn new(
-        request: &'a WindowRequest<'a>,
-        cancel: &'a Cancel,
-        watched: &'a WatchedProject,
-    ) -> Self {
+    pub(crate) fn new(request: &'a ViewRequest<'a>, watched: &'a WatchedProject) -> Self {
         Self {
             request,
-            cancel,
             watched,
             project: request.project.clone(),
             awaits_watcher: false,
             before: Vec::new(),
             cache: project::cache_folder(),
-            files: PreviewFiles::of(request.project).with_screenshots(request.screenshots),
+            files: PreviewFiles::beside(&request.project.manifest).with_screenshots(request.screenshots),
             start: Instant::now(),
-            output: CommandOutput::None,
+            view: None,
             closing: false,
-            built: false,
             status: BuildStatus::default(),
             catalog: None,
             results: None,
@@ -208,20 +183,14 @@ impl<'a> PreviewController<'a> {
     fn handle(&mut self, message: PreviewMessage, work: &mut PendingWork) {
         match message {
             PreviewMessage::Event(event, at) => self.handle_event(&event, at, work),
-            PreviewMessage::Opened(window) => {
-                self.output = CommandOutput::Window(window);
+            PreviewMessage::Opened(view) => {
+                self.view = Some(view);
                 self.sent = Sent::default();
                 self.edits.reopened();
                 if self.closing {
                     self.send(PreviewUpdate::Close);
                 }
                 (work.load_plan, work.load_results, work.show) = (true, true, true);
-            }
-            PreviewMessage::NoWindow(view) => {
-                self.output = CommandOutput::Still(view);
-                // There may have been a window before: its updates are repeated here.
-                (self.sent, self.shown) = (Sent::default(), None);
-                (work.load_plan, work.load_results) = (true, true);
             }
             PreviewMessage::Show(subject) => {
                 work.show = true;
@@ -267,15 +236,12 @@ impl<'a> PreviewController<'a> {
             work.toast = Some(toast);
         }
         match event {
-            Event::Planned { .. } => (self.built, work.load_plan) = (false, true),
+            Event::Planned { .. } => work.load_plan = true,
             // Light and material are shown before their maps are made, and these before they are exported.
             Event::Finished { item, .. } | Event::UpToDate { item, .. } => {
                 work.load_results |= self.parts.contains(item);
             }
-            Event::Ended(summary) => (self.built, work.load_results) = (!summary.cancelled, true),
-            // The last valid manifest may still be built.
-            Event::Rejected { .. } => self.built = !self.status.has_build(),
-            Event::BuildError { .. } => self.built = true,
+            Event::Ended(_) => work.load_results = true,
             _ => {}
         }
     }
@@ -301,7 +267,7 @@ impl<'a> PreviewController<'a> {
                 say!("warning: the changes of {} were not saved", crate::working_folder::name(file));
             }
         }
-        if work.end || matches!(self.output, CommandOutput::None) {
+        if work.end || self.view.is_none() {
             return;
         }
         self.change_project(&mut work);
@@ -317,10 +283,6 @@ impl<'a> PreviewController<'a> {
         self.send_status();
         if let Some(Toast { title, lines }) = work.toast {
             self.send(PreviewUpdate::Toast { title, lines });
-        }
-        let is_still = matches!(self.output, CommandOutput::Still(_));
-        if is_still && self.built && !self.request.continues_without {
-            self.cancel.cancel();
         }
     }
 
@@ -380,10 +342,10 @@ impl<'a> PreviewController<'a> {
             return Err(subject::nothing_to_preview(&project.manifest, &project.stages).lines());
         }
         self.check_edits(&plan_catalog)?;
-        self.files = PreviewFiles::of(&project).with_screenshots(self.request.screenshots);
+        self.files = PreviewFiles::beside(&project.manifest).with_screenshots(self.request.screenshots);
         self.watched.change(project.clone());
         (self.project, self.awaits_watcher) = (project, true);
-        (self.status, self.built) = (BuildStatus::default(), false);
+        self.status = BuildStatus::default();
         self.dropped_error.clear();
         let catalog = plan_catalog.catalog();
         let now = self.wanted.take().unwrap_or_default();
@@ -429,9 +391,6 @@ impl<'a> PreviewController<'a> {
             let Project { manifest, stages, .. } = &self.project;
             return Err(subject::nothing_to_preview(manifest, stages).lines());
         }
-        if let CommandOutput::Still(view) = &self.output {
-            self.wanted = Some(view.subject(&catalog.catalog()));
-        }
         let (Some(subject), Some(results)) = (self.wanted.clone(), &self.results) else { return Ok(()) };
         let results = results.as_ref().map_err(|error| error.chain().to_vec())?;
         let entry = subject::entry(catalog, &subject.environment, &subject.material);
@@ -441,10 +400,10 @@ impl<'a> PreviewController<'a> {
         self.ancestry.extend(entry.ancestry.iter().map(name));
         self.parts.extend(catalog.parts(entry, &subject.mesh).iter().map(name));
         self.goes_first.set(catalog.items(entry, &subject.mesh).iter().map(name).collect());
-        if let CommandOutput::Window(window) = &self.output {
+        if let Some(view) = &self.view {
             let file = catalog.material_file(entry);
             let update = self.edits.follow(&subject.material, file, work.load_plan || work.read_material);
-            update.into_iter().for_each(window);
+            update.into_iter().for_each(view);
         }
         let edited = self.edits.material(&subject.material, || catalog.material(results, entry))?;
         let scene = match &edited {
@@ -463,59 +422,30 @@ impl<'a> PreviewController<'a> {
             }
         };
         let details = catalog.facts(results, entry);
-        let is_still = matches!(self.output, CommandOutput::Still(_));
-        if is_still && !scene.has_maps() && self.status.is_building() {
-            // A still by brute force takes long, and another follows.
-            return Ok(());
-        }
         let is_shown = self.shown.as_ref().is_some_and(|(shown, shown_scene, shown_details)| {
-            *shown == subject && is_same(shown_scene, &scene) && (is_still || *shown_details == details)
+            *shown == subject && is_same(shown_scene, &scene) && *shown_details == details
         });
         if is_shown && !work.show {
             return Ok(());
         }
         self.shown = Some((subject.clone(), scene.clone(), details.clone()));
-        match &self.output {
-            CommandOutput::None => {}
-            CommandOutput::Window(window) => {
-                // Every window begins with these; made here, they do not make the window wait.
-                let _ = scene.light.exposure();
+        if let Some(view) = &self.view {
+            // Every view begins with these; made here, they do not make it wait. A page asks for its maps.
+            let _ = scene.light.exposure();
+            if self.request.place == ViewPlace::Window {
                 let looks = scene.objects.iter().map(|object| &object.look);
                 looks.filter(|look| look.has_maps()).for_each(|look| _ = look.local());
-                let is_turned = catalog.is_light_turned(results, entry);
-                let written = self.written_light.take_if(|(_, before)| {
-                    is_turned && before.as_ref().is_none_or(|before| !Arc::ptr_eq(before, &scene.light))
-                });
-                if let Some((turn, _)) = written {
-                    window(PreviewUpdate::LightSaved(turn));
-                }
-                window(PreviewUpdate::Scene { subject, scene, details });
             }
-            CommandOutput::Still(view) => self.draw(view, &subject, &scene),
+            let is_turned = catalog.is_light_turned(results, entry);
+            let written = self.written_light.take_if(|(_, before)| {
+                is_turned && before.as_ref().is_none_or(|before| !Arc::ptr_eq(before, &scene.light))
+            });
+            if let Some((turn, _)) = written {
+                view(PreviewUpdate::LightSaved(turn));
+            }
+            view(PreviewUpdate::Scene { subject, scene, details });
         }
         Ok(())
-    }
-
-    /// Draws the still that replaces the window.
-    fn draw(&self, view: &InitialView, subject: &Subject, scene: &Scene) {
-        let file = self.files.still();
-        let shot = view.shot(scene, still::SIZE).of(scene);
-        let is_cancelled = || self.cancel.is_cancelled();
-        let drawn = match still::draw(scene, &shot, Backend::Cpu, Stop::when(&is_cancelled)) {
-            Ok(drawn) => drawn,
-            Err(RenderError::Cancelled) => return,
-            Err(error) => {
-                let message = format!("{} cannot be drawn", subject::describe(subject));
-                return print::error(&[message, error.to_string()], None);
-            }
-        };
-        match self.files.save_still(&drawn.picture) {
-            Ok(()) => say!("{}", drawn.describe(&file, subject, &shot)),
-            Err(error) => print::error(
-                &[format!("cannot write {}", crate::working_folder::name(&file)), error.to_string()],
-                None,
-            ),
-        }
     }
 
     /// Sends the status line and the errors, if they changed.
@@ -532,9 +462,6 @@ impl<'a> PreviewController<'a> {
         }
         if self.sent.failure != failure {
             self.sent.failure.clone_from(&failure);
-            if matches!(self.output, CommandOutput::Still(_)) && !self.error.is_empty() {
-                print::error(&self.error, None);
-            }
             self.send(PreviewUpdate::Failure((!failure.is_empty()).then_some(failure)));
         }
     }
@@ -569,8 +496,8 @@ impl<'a> PreviewController<'a> {
     }
 
     fn send(&self, update: PreviewUpdate) {
-        if let CommandOutput::Window(window) = &self.output {
-            window(update);
+        if let Some(view) = &self.view {
+            view(update);
         }
     }
 }

@@ -6,10 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use ::preview::{Picture, Subject};
-
 use engine::path_text;
 
-use super::project::Project;
 use crate::png_file;
 
 /// The folder beside the manifest for files that nobody edits; git and watchers ignore it.
@@ -26,24 +24,12 @@ const LARGEST_STATE: u64 = 1 << 20;
 pub(crate) struct PreviewFiles {
     folder: PathBuf,
     screenshots: PathBuf,
-    still: PathBuf,
 }
 
 impl PreviewFiles {
     pub(crate) fn beside(manifest: &Path) -> Self {
         let folder = manifest.with_file_name(FOLDER);
-        let still = folder.join("preview.png");
-        Self { folder, screenshots: manifest.with_file_name(SCREENSHOTS), still }
-    }
-
-    /// The paths of a project's files. The manifest of files that somebody named is in a cache: the picture
-    /// that replaces a window is then where they are working, `studio-preview.png`.
-    pub(crate) fn of(project: &Project) -> Self {
-        let files = Self::beside(&project.manifest);
-        match project.files.first().and_then(|file| file.file_stem()) {
-            Some(stem) => Self { still: format!("{}-preview.png", stem.to_string_lossy()).into(), ..files },
-            None => files,
-        }
+        Self { folder, screenshots: manifest.with_file_name(SCREENSHOTS) }
     }
 
     pub(crate) fn with_screenshots(self, folder: &Path) -> Self {
@@ -75,17 +61,6 @@ impl PreviewFiles {
 
     fn state_file(&self) -> PathBuf {
         self.folder.join("preview.json")
-    }
-
-    /// The picture that replaces a window.
-    pub(crate) fn still(&self) -> PathBuf {
-        self.still.clone()
-    }
-
-    /// Saves that picture.
-    pub(crate) fn save_still(&self, picture: &Picture) -> io::Result<()> {
-        self.prepare()?;
-        write_picture(&self.still(), picture)
     }
 
     /// Saves a picture of a subject to a new file, `gold-sky-sphere-2.png`, and returns its path.

@@ -21,9 +21,6 @@ use crate::print::{self, say};
 use crate::quantity;
 use crate::remote_options::shared_cache_of_watcher;
 
-/// The size of a still that replaces a window.
-pub(crate) const SIZE: [u32; 2] = [1280, 720];
-
 /// Builds what a picture needs, draws it and writes it.
 pub(crate) fn run(
     arguments: &PreviewArguments,
@@ -97,15 +94,15 @@ fn failed(error: engine::Error) -> Exit {
 }
 
 /// A picture, and how it was drawn.
-pub(crate) struct Drawn {
-    pub(crate) picture: Picture,
+struct Drawn {
+    picture: Picture,
     renderer: String,
     milliseconds: f64,
 }
 
 impl Drawn {
     /// `gold.png: gold under sky on sphere, local-shrm, 1280x720, drawn by CPU, 2 threads in 0.4 s`
-    pub(crate) fn describe(&self, file: &Path, subject: &Subject, shot: &Shot) -> String {
+    fn describe(&self, file: &Path, subject: &Subject, shot: &Shot) -> String {
         let [width, height] = shot.size;
         let modes = shot.show.modes().map(Mode::name).collect::<Vec<_>>();
         format!(
@@ -120,12 +117,7 @@ impl Drawn {
 }
 
 /// Draws a picture. If the graphics device cannot draw it, the CPU does, with a warning.
-pub(crate) fn draw(
-    scene: &Scene,
-    shot: &Shot,
-    backend: Backend,
-    stop: Stop<'_>,
-) -> Result<Drawn, RenderError> {
+fn draw(scene: &Scene, shot: &Shot, backend: Backend, stop: Stop<'_>) -> Result<Drawn, RenderError> {
     let start = Instant::now();
     if backend == Backend::Gpu {
         let drawn =

@@ -51,6 +51,8 @@ pub(crate) enum KnownBy {
 pub(crate) struct HeaderFacts {
     /// Columns and rows as they are stored, before the picture is turned upright.
     pub(crate) size: [usize; 2],
+    /// About how often [`Codec::read`] asks whether to stop.
+    pub(crate) blocks: usize,
     /// The orientation, and XMP.
     pub(crate) metadata: Metadata,
     /// OpenEXR's `envmap` attribute.

@@ -27,6 +27,9 @@ pub struct ImageHeader {
     pub width: usize,
     /// Rows.
     pub height: usize,
+    /// About how often [`crate::images::read_image::read_image_until`] asks whether to stop: once for each
+    /// block of an OpenEXR or Radiance picture, and never for other formats.
+    pub blocks: usize,
     /// OpenEXR's `envmap` attribute.
     pub openexr_envmap: Option<OpenExrEnvmap>,
     /// The part of the sphere that the picture shows, if the file says something of it.
@@ -49,10 +52,10 @@ pub fn read_image_header(
     rewind(file)?;
     let codec = format.codec();
     let header = (codec.header)(file, length, options).map_err(|error| error.within(codec.name))?;
-    let HeaderFacts { size: stored, metadata, openexr_envmap, panorama } = header;
+    let HeaderFacts { size: stored, blocks, metadata, openexr_envmap, panorama } = header;
     let size @ [width, height] = upright_size(stored, metadata.orientation);
     let panorama = panorama.or_else(|| gpano::of_xmp(metadata.xmp.as_deref()?, size));
-    Ok(ImageHeader { format, width, height, openexr_envmap, panorama })
+    Ok(ImageHeader { format, width, height, blocks, openexr_envmap, panorama })
 }
 
 /// Whether the header of a picture says that it holds light brighter than its white, though not every file of
@@ -66,14 +69,16 @@ pub fn declares_high_dynamic_range(file: &mut (impl BufRead + Seek)) -> bool {
 mod tests {
     use std::fs;
     use std::io::Cursor;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     use envmap::Image;
+    use sh::Stop;
 
     use super::*;
     use crate::images::open_exr::write_exr;
     use crate::images::png::write_png;
     use crate::images::radiance::write_rgbe;
-    use crate::images::read_image::read_image;
+    use crate::images::read_image::{read_image, read_image_until};
     use crate::precision::Precision;
 
     /// Files of 8 x 4 pixels.
@@ -91,6 +96,23 @@ mod tests {
         for bytes in written() {
             let header = read_image_header(&mut Cursor::new(&bytes), &ReadOptions::default()).unwrap();
             assert_eq!((header.width, header.height), (8, 4), "{header:?}");
+        }
+    }
+
+    #[test]
+    fn a_header_says_how_often_reading_asks_whether_to_stop() {
+        let image = Image::new(300, 150, vec![[0.5; 3]; 45_000]).unwrap();
+        let exr = write_exr(&image, Precision::Half, None).unwrap().bytes;
+        let files = [(write_rgbe(&image, None).unwrap().bytes, 150), (exr, 10)];
+        for (bytes, expected) in files {
+            let asked = AtomicUsize::new(0);
+            let ask = || {
+                asked.fetch_add(1, Ordering::Relaxed);
+                false
+            };
+            read_image_until(&bytes, &ReadOptions::default(), Stop::when(&ask)).unwrap();
+            let header = read_image_header(&mut Cursor::new(&bytes), &ReadOptions::default()).unwrap();
+            assert_eq!([asked.into_inner(), header.blocks], [expected; 2], "{header:?}");
         }
     }
 

@@ -7,7 +7,7 @@ mod subsampled;
 mod window;
 mod write;
 
-use super::codec::{Codec, HeaderFacts, KnownBy};
+use super::codec::{Codec, KnownBy};
 use read::{header, read, read_recipe};
 
 pub use read::ExrLayers;
@@ -22,9 +22,6 @@ pub(crate) const CODEC: Codec = Codec {
     declares_high_dynamic_range: |_| false,
     has_layers: true,
     read,
-    header: |file, length, options| {
-        let (size, (openexr_envmap, panorama)) = header(file, length, options.layer.as_deref())?;
-        Ok(HeaderFacts { size, openexr_envmap, panorama, ..HeaderFacts::default() })
-    },
+    header: |file, length, options| header(file, length, options.layer.as_deref()),
     recipe: read_recipe,
 };

@@ -53,7 +53,7 @@ pub(crate) const CODEC: Codec = Codec {
     read: |bytes, options, stop| read(bytes, options.colour_space, stop),
     header: |mut file, _, _| {
         let (size, panorama) = header(&mut file)?;
-        Ok(HeaderFacts { size, panorama, ..HeaderFacts::default() })
+        Ok(HeaderFacts { size, blocks: size[1], panorama, ..HeaderFacts::default() })
     },
     recipe: read_recipe,
 };

@@ -213,7 +213,8 @@ pub(crate) fn read_text_recipe(bytes: &[u8]) -> Option<String> {
 }
 
 /// The columns of [`write_csv_lights`].
-const COLUMNS: &str = "x,y,z,radius_degrees,irradiance_r,irradiance_g,irradiance_b,flux_r,flux_g,flux_b";
+pub const LIGHT_COLUMNS: &str =
+    "x,y,z,radius_degrees,irradiance_r,irradiance_g,irradiance_b,flux_r,flux_g,flux_b";
 
 /// The lights as a table, a row for each: the direction toward it, +Z up, its angular radius, the irradiance
 /// of a surface that faces it, and the integral of its radiance. Numbers are written so that they come back
@@ -231,7 +232,7 @@ const COLUMNS: &str = "x,y,z,radius_degrees,irradiance_r,irradiance_g,irradiance
 /// ```
 pub fn write_csv_lights(lights: &[Light]) -> Result<Vec<u8>, Error> {
     check(lights, None).map_err(|error| error.within("CSV"))?;
-    let mut text = format!("{COLUMNS}\n");
+    let mut text = format!("{LIGHT_COLUMNS}\n");
     for light in lights {
         let mut numbers = light.direction.vector().to_array().to_vec();
         numbers.push(light.radius.to_degrees());

@@ -5,8 +5,10 @@
 //! | --- | --- | --- |
 //! | `.binary` | the MERL database: a dense table of half and difference angles | `merl` |
 //! | `.brdf` | Cornell's and pbrt's irregular text: a spectrum per pair of directions | `cornell` |
-//! | `.curet` | one sample of the CURET database: 205 measurements | `curet` |
+//! | `.curet` | one sample of the CURET database, 205 measurements, in a layout of the project | `curet` |
 //! | `.csv` | a plain table of angles or directions and colours, isotropic or not | `table` |
+//!
+//! The files that CURET publishes have several samples together: [`read_curet`] reads one of them.
 //!
 //! These files carry no signature: their ending says what they are, or the caller does. Angles of light and
 //! view are from the normal; values are the BRDF in 1/sr, without the cosine. What a header claims is
@@ -24,9 +26,13 @@ use std::io::{Read, Seek};
 
 use brdf::Material;
 
+pub(crate) use text::{lines, number};
+
 use crate::error::{Error, ErrorKind};
 use crate::file_part::{beginning, length};
 use crate::format::refuse_non_files;
+
+pub use curet::CURET_FILES;
 
 /// How a measured BRDF is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -102,6 +108,28 @@ pub struct Reading {
 /// ```
 pub fn read(file_name: &str, bytes: &[u8], format: Option<MeasuredFormat>) -> Result<Material, Error> {
     read_with_notes(file_name, bytes, format).map(|reading| reading.material)
+}
+
+/// The measured BRDF of a sample of the CURET database, by its number from 1 to 61, and what a user should
+/// know about it. `files` are the contents of the published files, in the order of [`CURET_FILES`].
+///
+/// # Errors
+/// If a file is damaged or truncated, or there is no such sample.
+pub fn read_curet(files: [&[u8]; 4], sample: usize) -> Result<Reading, Error> {
+    let format = MeasuredFormat::Curet;
+    let (material, notes) =
+        curet::read_published(files, sample).map_err(|error| error.within(format.name()))?;
+    Ok(Reading { material, format, notes })
+}
+
+/// Checks what [`read_curet`] would read, without fitting it.
+///
+/// # Errors
+/// For what [`read_curet`] refuses.
+pub fn check_curet(files: [&[u8]; 4], sample: usize) -> Result<(), Error> {
+    curet::parse_published(files, sample)
+        .map(drop)
+        .map_err(|error| error.within(MeasuredFormat::Curet.name()))
 }
 
 /// Checks the beginning of a file, and its length if its header declares that, without making a table of it.

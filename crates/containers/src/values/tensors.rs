@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | `lighting` | `sh` [(F+1)^2, 3] f64, row l*l + l + m; `lights` if there are some beside the series | |
 //! | `light-field` | `points` [P, 3] and the light at each, `sh` [P, (F+1)^2, 3], f64 | |
-//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen |
+//! | `brdf` | `rho` [F+1, P+1, P+1, 3] f64, indexed l, p, q >= 0; `rho` of its parts; the tables of its material | `centre`, `material`; `degrees` is `for-light` if they are to be chosen, `tolerance 0.03` if that share of the energy chose them |
 //! | `reflection` | `sh` and `rho`, of one degree F; those of its parts; `lights` beside them and the tables of the material | `centre`, `material`; `degrees` is `for-light` if they were chosen |
 //! | `material` | `table0` [n_h, n_d, n_phi, 3] f32, ... if it is measured; `base_color` [height, width, 3] u8 if previews show a texture | `material`, `base_color` |
 //! | `environment` | `radiance` [height, width, 3] f32, row 0 toward +Z; in the cache `rows` \[bytes\] u8 ([`encode_environment_rows`]) | in the cache `width`, `height`, `lengths` |
@@ -18,6 +18,8 @@
 //! | `transfer` | `transfer` [V, (O+1)^2, (F+1)^2] f16, rows in each vertex' frame, or another form ([`encode_transfer`]) | `mesh`, the digest of the mesh |
 //! | `vertex-radiance` | `radiance` [V, 3] f32 | `mesh` |
 //! | `light-rig` | `direction` [n, 3], `radiance` [n, 3], `pdf` \[n\], `mip` \[n\] f32 ([`encode_light_rig`]) | `rows` |
+//! | `direction-samples` | `point` [n, 2], `direction` [n, 3], `pdf` \[n\], `weight` \[n\] f32 ([`encode_direction_samples`]) | `count`, `mean`, `variance`, `standard-error` |
+//! | `wavelets` | `level0` [R, 2 R, 3], `level1` ..., or `haar` [R, 2 R, 3], or `index` \[n\] u32 and `haar` [n, 3], f32 ([`encode_wavelets`]) | `rows`, `form`, `error` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
 //! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance
@@ -49,6 +51,7 @@ use sphere::LatLong;
 mod base_color;
 mod brdf_table;
 mod components;
+mod direction_samples;
 mod file;
 mod light_field;
 mod light_rig;
@@ -58,6 +61,7 @@ mod prefiltered;
 mod reflection_map;
 mod taps;
 mod transfer;
+mod wavelets;
 
 use crate::error::{Error, ErrorKind};
 use crate::limits;
@@ -66,6 +70,7 @@ use file::{TensorFile, Writer, check_finite, colours, wrong_shape};
 
 pub use brdf_table::{decode_brdf_table, encode_brdf_table};
 pub use components::{WEIGHTS, component_metadata, encode_components, encode_packed_components};
+pub use direction_samples::encode_direction_samples;
 pub use light_field::{decode_light_field, encode_light_field};
 pub use light_rig::encode_light_rig;
 pub use material::{decode_material, decode_textured_material, encode_material, encode_textured_material};
@@ -80,10 +85,46 @@ pub use transfer::{
     OfMesh, decode_transfer, decode_vertex_blend, decode_vertex_radiance, encode_transfer,
     encode_vertex_blend, encode_vertex_radiance,
 };
+pub use wavelets::{Wavelets, encode_wavelets};
 
-/// The entry of a reflection whose degrees were chosen for its light, and its value.
+/// The entry that says what chooses or chose the degrees; those that were named have none.
 const DEGREES: &str = "degrees";
+/// The value of [`DEGREES`] for degrees that are chosen, or were chosen, for a light.
 const FOR_LIGHT: &str = "for-light";
+/// The value of [`DEGREES`] for degrees that meet a tolerance, which follows.
+const TOLERANCE: &str = "tolerance ";
+
+/// What chooses the degrees of a BRDF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DegreeSource {
+    /// Each light chooses its own: the coefficients are more than enough.
+    Light,
+    /// They were named.
+    Named,
+    /// They are the least that lose no more than this share of the energy.
+    Tolerance(f64),
+}
+
+impl DegreeSource {
+    /// The entry [`DEGREES`].
+    fn entry(self) -> Option<String> {
+        match self {
+            Self::Light => Some(FOR_LIGHT.to_owned()),
+            Self::Named => None,
+            Self::Tolerance(tolerance) => Some(format!("{TOLERANCE}{tolerance}")),
+        }
+    }
+
+    /// The meaning of such an entry. A program that writes a BRDF names its degrees.
+    fn of(entry: Option<&str>) -> Self {
+        let tolerance = |text: &str| text.strip_prefix(TOLERANCE)?.parse().ok();
+        match entry {
+            Some(FOR_LIGHT) => Self::Light,
+            Some(text) => tolerance(text).map_or(Self::Named, Self::Tolerance),
+            None => Self::Named,
+        }
+    }
+}
 
 /// The tensors and the metadata of a safetensors file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -138,8 +179,8 @@ pub struct Brdf {
     pub coefficients: BrdfCoefficients,
     /// The material, if it is known.
     pub material: Option<Material>,
-    /// Whether the degrees are to be chosen for each light: then there are more than enough.
-    pub for_light: bool,
+    /// What chooses the degrees.
+    pub degrees: DegreeSource,
     /// The coefficients of its diffuse and its specular part, each about its own centre, if it has both.
     pub parts: Option<[BrdfCoefficients; 2]>,
 }
@@ -152,8 +193,8 @@ pub struct Brdf {
 pub fn encode_brdf(brdf: &Brdf, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("brdf", recipe);
     file.brdf("", &brdf.coefficients)?;
-    if brdf.for_light {
-        file.entry(DEGREES, FOR_LIGHT);
+    if let Some(degrees) = brdf.degrees.entry() {
+        file.entry(DEGREES, degrees);
     }
     for ((_, prefix), part) in PARTS.iter().zip(brdf.parts.iter().flatten()) {
         file.brdf(prefix, part)?;
@@ -180,7 +221,7 @@ pub fn decode_brdf(bytes: &[u8]) -> Result<Brdf, Error> {
         parts,
         coefficients: file.brdf("")?,
         material: material::of(&file)?.map(|(material, _)| material),
-        for_light: file.is_for_light(),
+        degrees: DegreeSource::of(file.metadata.get(DEGREES).map(String::as_str)),
     })
 }
 
@@ -395,9 +436,13 @@ mod tests {
             assert_eq!(bytes, encode_lighting(&lighting(degree), recipe).unwrap());
         }
         let layers = vec![Material::Lambert(brdf::Lambert::new([0.5; 3]).unwrap()), table(), table()];
-        for material in [None, Some(Material::layers(layers).unwrap())] {
-            let parts = material.as_ref().map(|_| [diffuse(), coefficients()]);
-            let brdf = Brdf { coefficients: coefficients(), for_light: material.is_some(), material, parts };
+        for (material, degrees) in [
+            (None, DegreeSource::Named),
+            (Some(table()), DegreeSource::Tolerance(0.03)),
+            (Some(Material::layers(layers).unwrap()), DegreeSource::Light),
+        ] {
+            let parts = (degrees == DegreeSource::Light).then(|| [diffuse(), coefficients()]);
+            let brdf = Brdf { coefficients: coefficients(), degrees, material, parts };
             assert_eq!(decode_brdf(&encode_brdf(&brdf, None).unwrap()).unwrap(), brdf);
         }
         let plain = Reflection::convolve(&series(3), &coefficients());

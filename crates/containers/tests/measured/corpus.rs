@@ -240,3 +240,56 @@ fn the_corpus_has_no_lobes_at_grazing() {
         }
     }
 }
+
+/// The errors of the fit that the manual of `import-material` has for the 61 samples of CURET: half have
+/// less.
+/// `abrdf.dat`, the mean of the colours, is laid out as the files of the colours are.
+#[test]
+fn every_sample_of_curet_is_read_with_the_errors_that_the_manual_states() {
+    let test = "every_sample_of_curet_is_read_with_the_errors_that_the_manual_states";
+    let Some(folder) = test_data::folder(test, "SPECULA_CORPUS").map(|corpus| corpus.join("brdf/curet"))
+    else {
+        return;
+    };
+    let [Ok(table), Ok(mean)] = ["table.txt", "abrdf.dat"].map(|name| std::fs::read(folder.join(name)))
+    else {
+        eprintln!("{test} is skipped: {} has no table.txt and abrdf.dat", folder.display());
+        return;
+    };
+    let rows = |bytes: &[u8]| -> Vec<Vec<f64>> {
+        let words = |line: &str| line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
+        String::from_utf8(bytes.to_vec()).unwrap().lines().map(words).collect()
+    };
+    let (directions, values) = (rows(&table), rows(&mean));
+    let (mut misses, mut held_out) = (Vec::new(), Vec::new());
+    for (sample, values) in values.iter().enumerate() {
+        check_curet([&table, &mean, &mean, &mean], sample + 1).unwrap();
+        let samples: Vec<Sample> = directions
+            .iter()
+            .zip(values)
+            .map(|(angles, value)| Sample {
+                incident: Direction::from_angles(angles[2], angles[3]),
+                outgoing: Direction::from_angles(angles[0], angles[1]),
+                value: [value.max(0.0); 3],
+            })
+            .collect();
+        misses.push(brdf::zernike::fit(&samples, 8).unwrap().miss());
+        let (mut missed, mut square) = (0.0, 0.0);
+        for fifth in 0..5 {
+            let rest = samples.iter().enumerate().filter(|(index, _)| index % 5 != fifth);
+            let fit = brdf::zernike::fit(&rest.map(|(_, sample)| *sample).collect::<Vec<_>>(), 8).unwrap();
+            for left_out in samples.iter().skip(fifth).step_by(5) {
+                missed += (fit.value(left_out.incident, left_out.outgoing)[0] - left_out.value[0]).powi(2);
+                square += left_out.value[0].powi(2);
+            }
+        }
+        held_out.push((missed / square).sqrt());
+    }
+    let middle = |mut errors: Vec<f64>| {
+        errors.sort_by(f64::total_cmp);
+        errors[errors.len() / 2]
+    };
+    assert_eq!(misses.len(), 61);
+    let (miss, held_out) = (middle(misses), middle(held_out));
+    assert!((miss - 0.064).abs() < 0.001 && (held_out - 0.113).abs() < 0.001, "{miss} {held_out}");
+}

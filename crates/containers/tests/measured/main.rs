@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use brdf::scattered::{SHAPE, Sample, interpolate};
 use brdf::{Material, Measured};
-use containers::measured::{MeasuredFormat, read, read_with_notes};
+use containers::measured::{MeasuredFormat, check_curet, read, read_curet, read_with_notes};
 use sphere::{DVec3, Direction};
 
 mod corpus;
@@ -225,6 +225,79 @@ fn a_sample_of_curet_is_read_back() {
             }
         }
     }
+}
+
+/// The files that CURET publishes, as a [`curet`] text has one of three samples, in which the others are
+/// black.
+fn published(text: &str) -> [String; 4] {
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(2)
+        .map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect())
+        .collect();
+    let table = rows.iter().enumerate().map(|(index, row)| {
+        format!("{:<3} {:>11.6} {:>11.6} {:>11.6} {:>11.6}\r\n", index + 1, row[0], row[1], row[2], row[3])
+    });
+    let colour = |channel: usize| {
+        let line = |number: usize, value: &dyn Fn(&[f64]) -> f64| {
+            let values = rows.iter().map(|row| format!("{:>9.5}", value(row))).collect::<String>();
+            format!("{number} {values} \n")
+        };
+        let black = |_: &[f64]| -0.011;
+        line(1, &black) + &line(2, &|row| row[4 + channel]) + &line(3, &black)
+    };
+    [table.collect::<String>().trim_end().to_owned(), colour(0), colour(1), colour(2)]
+}
+
+/// Lines end as they do there: with a carriage return in the table, whose last has no end, and with a blank
+/// in the others.
+#[test]
+fn the_files_that_curet_publishes_are_read_as_they_are() {
+    let rough = |incident: Direction, outgoing: Direction| {
+        let back = incident.dot(outgoing);
+        [0.2 + 0.05 * back, 0.15 + 0.03 * back, 0.1 + 0.02 * back]
+    };
+    let text = curet("radians", 205, rough);
+    let files = published(&text);
+    let bytes = files.each_ref().map(|file| file.as_bytes());
+    let sample = read_curet(bytes, 2).unwrap();
+    assert_eq!(sample.format, MeasuredFormat::Curet);
+    assert!(sample.notes.len() == 1 && sample.notes[0].starts_with("205 measurements were fitted"));
+    let (found, own) =
+        (isotropic(sample.material), isotropic(read("a.curet", text.as_bytes(), None).unwrap()));
+    for (found, own) in found.values().as_flattened().iter().zip(own.values().as_flattened()) {
+        // Toward grazing, where nothing is measured, the fit amplifies what five digits lose.
+        assert!((found - own).abs() < 1e-3, "{found} {own}");
+    }
+    let black = read_curet(bytes, 3).unwrap();
+    assert_eq!(black.notes[0], "615 of 615 values are below zero and count as 0");
+    assert!(isotropic(black.material).values().as_flattened().iter().all(|value| *value == 0.0));
+
+    let error = |files: [&str; 4], sample: usize| {
+        read_curet(files.map(str::as_bytes), sample).unwrap_err().to_string()
+    };
+    let [table, red, green, blue] = files.each_ref().map(|file| &file[..]);
+    assert_eq!(
+        error([table, red, green, blue], 62),
+        "curet: rbrdf.dat: there is no sample 62; the last is 3"
+    );
+    assert_eq!(error([table, red, green, ""], 2), "curet: bbrdf.dat: the file is empty");
+    assert_eq!(
+        error([table, red, "2 0.1 0.2", blue], 2),
+        "curet: gbrdf.dat: line 1: sample 2 has 2 values; expected 205"
+    );
+    let (cut, _) = table.rsplit_once('\n').unwrap();
+    assert_eq!(error([cut, red, green, blue], 2), "curet: table.txt: 204 pairs of directions; expected 205");
+    let other = table.replacen("2  ", "3  ", 1);
+    assert_eq!(
+        error([&other, red, green, blue], 2),
+        "curet: table.txt: line 2: its number is 3; expected the numbers 1 to 205 in their order"
+    );
+    let nan = red.replacen("2  ", "2 nan ", 1);
+    assert_eq!(
+        error([table, &nan, green, blue], 2),
+        "curet: rbrdf.dat: line 2: a value is nan; expected a finite number"
+    );
 }
 
 #[test]

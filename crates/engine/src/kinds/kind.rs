@@ -217,9 +217,9 @@ pub trait Kind: Send + Sync + 'static {
 /// A file or folder that a parameter names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedPath {
-    /// The parameter, an array.
+    /// The parameter, an array or one path.
     pub parameter: &'static str,
-    /// The index in the array.
+    /// The index in the array; 0 of one path.
     pub index: usize,
     /// The path, relative to the manifest's folder.
     pub path: PathBuf,

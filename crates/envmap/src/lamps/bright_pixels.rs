@@ -11,6 +11,7 @@ use sh::{Light, Stop, Stopped};
 use sphere::{DVec3, Direction, LatLong, NearestDirection};
 
 use crate::Environment;
+use crate::row_sums::radiance;
 
 /// The number of times that the groups' centres are moved to the mean of their pixels.
 const ROUNDS: usize = 4;
@@ -33,7 +34,7 @@ pub(super) struct Bright {
 
 impl Bright {
     pub(super) fn radiance(self) -> f64 {
-        mean(self.rgb.map(f64::from))
+        radiance(self.rgb)
     }
 }
 
@@ -92,7 +93,7 @@ impl Group {
 impl BrightPixels {
     pub(super) fn new(environment: &Environment, threshold: f64, stop: Stop<'_>) -> Result<Self, Stopped> {
         let grid = environment.grid();
-        let found = environment.map_rows(stop, |row, pixels| {
+        let found = environment.map_brighter_rows(threshold, stop, |row, pixels| {
             let bright = pixels
                 .iter()
                 .enumerate()

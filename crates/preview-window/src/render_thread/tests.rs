@@ -7,7 +7,7 @@ use sphere::Rotation;
 
 use super::*;
 use crate::testkit;
-use preview::{Background, Camera};
+use preview::{Background, Camera, PointSet};
 
 /// Longer than any test takes on a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(60);
@@ -87,6 +87,7 @@ fn request(mode: Mode) -> RenderRequest {
         exposure: 0.0,
         tone: ToneMap::Filmic,
         light_samples: 64,
+        points: PointSet::Even,
     };
     RenderRequest { scene_id: 1, scene, shot }
 }

@@ -7,13 +7,15 @@ use super::geometry::Geometry;
 use super::object_cache::ObjectCache;
 use super::product_sampling::BandSamplers;
 use super::rasteriser::{Band, Hit};
-use super::shader::{BandState, LookCache, Shader};
+use super::shader::{BandState, LookCache, ObjectState, Shader};
 use crate::shading::background::background;
 use crate::shading::base_color::{BaseColorMap, base_color};
 use crate::shading::develop::develop;
 use crate::shading::difference::{Squares, difference};
+use crate::shading::sequence::Sequence;
 use crate::shading::shadows::Shadows;
 use crate::shading::texture::texture;
+use crate::vertex_light::VertexLight;
 use crate::{Background, Light, Mode, Object, RenderError, Scene, Shot, Show, ViewTransform};
 
 /// The number of rows of pixels in a band.
@@ -35,6 +37,8 @@ pub(super) struct BandRenderer<'a> {
     textures: Vec<Option<&'a BaseColorMap>>,
     /// The index of each object's look.
     looks: Vec<usize>,
+    /// The light at the vertices of each object in each mode, if a table shades it.
+    lights: Vec<Vec<Option<&'a VertexLight>>>,
     /// The shadows of each object on itself, if there are any.
     shadows: Vec<Option<Shadows>>,
 }
@@ -53,15 +57,15 @@ impl<'a> BandRenderer<'a> {
     ) -> Result<Self, RenderError> {
         let transform = ViewTransform::new(shot);
         let mut shaders = Vec::new();
-        for (number, mode) in shot.show.modes().enumerate() {
+        for mode in shot.show.modes() {
             let of_mode = caches.iter().map(|cache| {
                 cancellation.check()?;
-                Shader::new(number, mode, cache, transform.view, shot)
+                Shader::new(mode, cache, transform.view, shot)
             });
             shaders.push(of_mode.collect::<Result<_, _>>()?);
         }
         cancellation.check()?;
-        let geometry = Geometry::new(scene, &transform, &objects.radiance(scene, shot));
+        let geometry = Geometry::new(scene, &transform);
         let rows = BAND as i32 * transform.samples as i32;
         let mut bins = vec![Vec::new(); (shot.size[1] as usize).div_ceil(BAND)];
         for (number, triangle) in geometry.triangles.iter().enumerate() {
@@ -76,9 +80,22 @@ impl<'a> BandRenderer<'a> {
             // It runs on all threads, so no band may be the first to need it.
             scene.light.reconstruction();
         }
+        let lights = shot.show.modes().map(|mode| objects.lights(scene, mode)).collect();
         let shadows = objects.shadows(scene, shot);
         let light = &scene.light;
-        Ok(Self { shot, light, transform, geometry, bins, shaders, shows_material, textures, looks, shadows })
+        Ok(Self {
+            shot,
+            light,
+            transform,
+            geometry,
+            bins,
+            shaders,
+            shows_material,
+            textures,
+            looks,
+            lights,
+            shadows,
+        })
     }
 
     /// Draws the pixels of a band: mean radiance and coverage, and display values. Returns a difference's
@@ -101,7 +118,7 @@ impl<'a> BandRenderer<'a> {
         let seen = Band::new(&self.geometry, &self.bins[band], self.transform.size, rows);
         let mut squares = Squares::default();
         let mut state =
-            BandState { check: PeriodicCheck::new(cancellation), samplers: BandSamplers::default() };
+            BandState { check: PeriodicCheck::new(cancellation), samplers: BandSamplers::new(self.shot) };
         let share = 1.0 / (samples * samples) as f32;
         let divider = self.shot.show.divider(self.shot.size[0]);
         for (place, (radiance, display)) in radiance.iter_mut().zip(display).enumerate() {
@@ -140,10 +157,14 @@ impl<'a> BandRenderer<'a> {
         let mode = mode.min(self.shaders.len() - 1);
         let shaders = &self.shaders[mode];
         let number = row.wrapping_mul(self.transform.size[0]).wrapping_add(column);
+        let sequence = Sequence::new(self.shot.points, number);
         let light_samples = self.shot.light_samples;
-        let shadows = self.shadows[seen.object].as_ref();
+        let of = ObjectState {
+            light: self.lights[mode][seen.object],
+            shadows: self.shadows[seen.object].as_ref(),
+        };
         let shader = &shaders[self.looks[seen.object]];
-        let radiance = shader.radiance(seen, number, light_samples, shadows, state)?;
+        let radiance = shader.radiance(seen, sequence, light_samples, of, state)?;
         Ok(match (self.textures[seen.object], &seen.spot) {
             (Some(map), Some(spot)) if self.shows_material[mode] => {
                 base_color(&map.response, texture(&map.texture, spot), radiance, &seen.surface)

@@ -17,8 +17,6 @@ pub(super) struct Corner {
     pub(super) normal: Vec3,
     /// The tangent in the light's frame, of any length.
     pub(super) tangent: Vec3,
-    /// The radiance toward the viewer in the first and the second mode, if they shade vertices.
-    pub(super) radiance: [Vec3; 2],
     /// The coordinates of the texture, if the object shows one.
     pub(super) coordinates: Vec2,
 }
@@ -90,7 +88,6 @@ fn between(inner: &Corner, outer: &Corner, share: f32) -> Corner {
         position: between(inner.position, outer.position),
         normal: between(inner.normal, outer.normal),
         tangent: between(inner.tangent, outer.tangent),
-        radiance: [0, 1].map(|mode| between(inner.radiance[mode], outer.radiance[mode])),
         coordinates: inner.coordinates + (outer.coordinates - inner.coordinates) * share,
     }
 }

@@ -28,13 +28,7 @@ pub(super) struct Vertex {
     pub(super) normal: Vec3,
     /// The tangent in the light's frame, of any length.
     pub(super) tangent: Vec3,
-    /// The radiance toward the viewer in the first and the second mode, if they shade vertices.
-    pub(super) radiance: [Vec3; 2],
 }
-
-/// The radiance of each vertex of an object in the first and the second mode; empty if a mode does not shade
-/// vertices.
-pub(super) type VertexRadiance<'a> = [&'a [[f32; 3]]; 2];
 
 /// A triangle that may cover a sample: its corners run clockwise on the screen, whose y points down.
 #[derive(Clone, Debug)]
@@ -42,11 +36,22 @@ pub(super) struct Triangle {
     pub(super) corners: [u32; 3],
     /// The index of the object in the scene.
     pub(super) object: u32,
+    /// The index of the triangle in the mesh that it is, or that it is a part of.
+    pub(super) in_mesh: u32,
     /// Whether the outer side of the triangle faces the viewer.
     pub(super) front: bool,
     /// The columns and rows of the samples inside both its bounding box and the picture.
     pub(super) columns: RangeInclusive<i32>,
     pub(super) rows: RangeInclusive<i32>,
+}
+
+/// Where a triangle comes from.
+#[derive(Clone, Copy)]
+struct TriangleOf {
+    object: u32,
+    in_mesh: u32,
+    /// Whether the object is a mirror image of its mesh.
+    mirrored: bool,
 }
 
 /// All triangles of a scene that may be visible, in the order of objects and of their meshes.
@@ -62,18 +67,17 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// The geometry of a scene, with the radiance of the vertices of each object.
-    pub(super) fn new(scene: &Scene, transform: &ViewTransform, radiance: &[VertexRadiance<'_>]) -> Self {
+    /// The geometry of a scene.
+    pub(super) fn new(scene: &Scene, transform: &ViewTransform) -> Self {
         let is_textured = scene.objects.iter().map(|object| object.base_color_map().is_some()).collect();
         let mut geometry = Self { is_textured, ..Self::default() };
         for (number, object) in scene.objects.iter().enumerate() {
-            let radiance = radiance.get(number).copied().unwrap_or_default();
-            geometry.add(number as u32, object, transform, radiance);
+            geometry.add(number as u32, object, transform);
         }
         geometry
     }
 
-    fn add(&mut self, number: u32, object: &Object, transform: &ViewTransform, radiance: VertexRadiance<'_>) {
+    fn add(&mut self, number: u32, object: &Object, transform: &ViewTransform) {
         let Placed { clip, normal, tangent, mirrored } = transform.place(object);
         let (mesh, planes) = (&object.mesh, Planes::new(transform.size));
         let keeps_coordinates = self.is_textured.contains(&true);
@@ -85,7 +89,6 @@ impl Geometry {
                 position: mesh.positions()[vertex].into(),
                 normal: normal * Vec3::from(mesh.normals()[vertex]),
                 tangent: tangent * Vec3::new(x, y, z),
-                radiance: radiance.map(|of| of.get(vertex).map_or(Vec3::ZERO, |rgb| Vec3::from(*rgb))),
                 coordinates: if keeps_coordinates { coordinates(vertex) } else { Vec2::ZERO },
             }
         };
@@ -101,14 +104,15 @@ impl Geometry {
         if keeps_coordinates {
             self.coordinates.extend((0..mesh.positions().len()).map(coordinates));
         }
-        for &corners in mesh.triangles() {
+        for (in_mesh, &corners) in (0..).zip(mesh.triangles()) {
+            let of = TriangleOf { object: number, in_mesh, mirrored };
             let bits = corners.map(|vertex| outside[vertex as usize]);
             if bits.contains(&LOST) || bits[0] & bits[1] & bits[2] != 0 {
                 continue;
             }
             let crossed = bits[0] | bits[1] | bits[2];
             if crossed == 0 {
-                self.push(number, corners.map(|vertex| first + vertex), mirrored, transform.size);
+                self.push(of, corners.map(|vertex| first + vertex), transform.size);
                 continue;
             }
             let polygon = planes.cut(corners.map(|vertex| corner(vertex as usize)), crossed);
@@ -118,13 +122,13 @@ impl Geometry {
                 self.coordinates.extend(polygon.iter().map(|corner| corner.coordinates));
             }
             for k in 2..polygon.len() as u32 {
-                self.push(number, [start, start + k - 1, start + k], mirrored, transform.size);
+                self.push(of, [start, start + k - 1, start + k], transform.size);
             }
         }
     }
 
     /// Adds a triangle if it has an area and may cover a sample.
-    fn push(&mut self, object: u32, corners: [u32; 3], mirrored: bool, size: [u32; 2]) {
+    fn push(&mut self, of: TriangleOf, corners: [u32; 3], size: [u32; 2]) {
         let at = corners.map(|corner| self.vertices[corner as usize].at);
         let area = twice_the_area(at);
         let covered = |axis: usize| {
@@ -142,7 +146,9 @@ impl Geometry {
         let [a, b, c] = corners;
         // Counter-clockwise triangles have a negative area, because y points down.
         let corners = if area < 0 { [a, c, b] } else { corners };
-        self.triangles.push(Triangle { corners, object, front: (area < 0) != mirrored, columns, rows });
+        let TriangleOf { object, in_mesh, mirrored } = of;
+        let front = (area < 0) != mirrored;
+        self.triangles.push(Triangle { corners, object, in_mesh, front, columns, rows });
     }
 }
 
@@ -176,6 +182,5 @@ fn on_screen(corner: &Corner, size: [u32; 2]) -> Vertex {
         position: corner.position,
         normal: corner.normal,
         tangent: corner.tangent,
-        radiance: corner.radiance,
     }
 }

@@ -3,8 +3,8 @@
 //! A clockwise triangle covers a sample to the right of all its edges. A sample on an edge belongs to the
 //! triangle for which that is a top or left edge, so triangles that share an edge cover each sample on it
 //! once. The nearest depth wins; of equal depths, the first drawn. Depth is linear on the screen. Position,
-//! normal, tangent, radiance and coordinates are linear on the triangle: they are the sum of l_k v_k / w_k
-//! divided by the sum of l_k / w_k.
+//! normal, tangent and coordinates are linear on the triangle: they are the sum of l_k v_k / w_k divided by
+//! the sum of l_k / w_k.
 
 use std::ops::Range;
 
@@ -40,9 +40,10 @@ pub(super) struct Hit {
     /// The position in the mesh's coordinates. It lies in the plane of the triangle, while the end of the ray
     /// does so only up to the snapping of corners.
     pub(super) position: Vec3,
-    /// The radiance of the vertices in the first and the second mode; black on the inner side, where vertices
-    /// have none.
-    pub(super) radiance: [Vec3; 2],
+    /// The index of the triangle in the mesh.
+    pub(super) triangle: usize,
+    /// Whether it is the outer side of the triangle.
+    pub(super) front: bool,
     /// The place in the texture of the object, if it has one.
     pub(super) spot: Option<TextureSpot>,
 }
@@ -154,15 +155,15 @@ impl Band {
             return None;
         }
         let triangle = &geometry.triangles[number as usize];
-        let Interpolated { nearness, position, normal, tangent, radiance } =
+        let Interpolated { nearness, position, normal, tangent } =
             Interpolated::new(geometry, triangle, column, row);
         let surface = Surface::new(normal, tangent, transform.ray(column, row), triangle.front);
-        let side = if triangle.front { nearness.recip() } else { 0.0 };
         Some(Hit {
             object: triangle.object as usize,
             surface,
             position: position / nearness,
-            radiance: radiance.map(|sum| sum * side),
+            triangle: triangle.in_mesh as usize,
+            front: triangle.front,
             spot: geometry.is_textured[triangle.object as usize]
                 .then(|| spot(geometry, triangle, column, row)),
         })
@@ -176,7 +177,6 @@ struct Interpolated {
     position: Vec3,
     normal: Vec3,
     tangent: Vec3,
-    radiance: [Vec3; 2],
 }
 
 impl Interpolated {
@@ -184,20 +184,13 @@ impl Interpolated {
         let corners: [&Vertex; 3] = triangle.corners.map(|corner| &geometry.vertices[corner as usize]);
         let at = corners.map(|corner| corner.at);
         let scale = 1.0 / twice_the_area(at) as f32;
-        let mut sum = Self {
-            nearness: 0.0,
-            position: Vec3::ZERO,
-            normal: Vec3::ZERO,
-            tangent: Vec3::ZERO,
-            radiance: [Vec3::ZERO; 2],
-        };
+        let mut sum = Self { nearness: 0.0, position: Vec3::ZERO, normal: Vec3::ZERO, tangent: Vec3::ZERO };
         for (corner, edge) in corners.into_iter().zip(edges(at)) {
             let share = edge.area(column as i32, row as i32) as f32 * scale * corner.nearness;
             sum.nearness += share;
             sum.position += corner.position * share;
             sum.normal += corner.normal * share;
             sum.tangent += corner.tangent * share;
-            (0..2).for_each(|mode| sum.radiance[mode] += corner.radiance[mode] * share);
         }
         sum
     }

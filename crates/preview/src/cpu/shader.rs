@@ -14,12 +14,14 @@ use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
 use crate::shading::kautz_mccool::kautz_mccool;
-use crate::shading::lamps::{PackedLamps, lamps};
+use crate::shading::lamps::{PackedLamps, lamps, lamps_past};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::{PrefilteredMap, prefiltered};
+use crate::shading::sequence::Sequence;
 use crate::shading::shadows::Shadows;
 use crate::shading::taps::{Levels, PackedTaps, taps_radiance};
+use crate::vertex_light::VertexLight;
 use crate::{Look, Mode, RenderError, Scene, Shot};
 
 /// A look and its maps, in the layout in which the shaders read them.
@@ -31,6 +33,8 @@ pub(super) struct LookCache {
     lamps: OnceLock<PackedLamps>,
     /// The lights beside the cube of an engine.
     suns: OnceLock<PackedLamps>,
+    /// The lights beside a BRDF table, without shadows and with them.
+    beside_table: [OnceLock<PackedLamps>; 2],
     taps: OnceLock<(PackedTaps, PackedLamps)>,
     brute: OnceLock<Prepared>,
     product: OnceLock<Option<ProductSampling>>,
@@ -49,6 +53,7 @@ impl LookCache {
                     global: OnceLock::new(),
                     lamps: OnceLock::new(),
                     suns: OnceLock::new(),
+                    beside_table: [OnceLock::new(), OnceLock::new()],
                     taps: OnceLock::new(),
                     brute: OnceLock::new(),
                     product: OnceLock::new(),
@@ -63,11 +68,20 @@ impl LookCache {
     }
 }
 
+/// What an object has beside its look, if the mode needs it.
+#[derive(Clone, Copy)]
+pub(super) struct ObjectState<'a> {
+    /// The light at its vertices; the inner side of its triangles has none.
+    pub(super) light: Option<&'a VertexLight>,
+    /// Its shadows on itself.
+    pub(super) shadows: Option<&'a Shadows>,
+}
+
 /// What the samples of a band share while they are shaded.
 pub(super) struct BandState<'a> {
     /// Whether the picture is still wanted.
     pub(super) check: PeriodicCheck<'a>,
-    /// The samplers of products with lobes, for the next samples in the same cell.
+    /// The samplers of products with lobes, for the next samples.
     pub(super) samplers: BandSamplers,
 }
 
@@ -106,8 +120,10 @@ pub(super) enum Shader<'a> {
         size: [u32; 2],
         pixels: &'a [[f32; 3]],
     },
-    /// The radiance of the vertices in the first or the second mode.
-    Vertices(usize),
+    /// A BRDF table under the light at an object's vertices.
+    Table(&'a PackedLamps),
+    /// A BRDF table under the light that the object does not hide from itself.
+    Transfer(&'a PackedLamps),
     BruteForce(&'a Prepared, Option<&'a ProductSampling>),
     /// Brute force with the light that the object does not hide from itself.
     Shadowed(&'a Prepared, Option<&'a ProductSampling>),
@@ -122,10 +138,8 @@ pub(super) struct Cube<'a> {
 }
 
 impl<'a> Shader<'a> {
-    /// The shader of a mode of a look; `view` is the direction toward a distant viewer, and `number` is 0 for
-    /// the first mode of a picture, 1 for the second.
+    /// The shader of a mode of a look; `view` is the direction toward a distant viewer.
     pub(super) fn new(
-        number: usize,
         mode: Mode,
         cache: &'a LookCache,
         view: Vec3,
@@ -134,6 +148,8 @@ impl<'a> Shader<'a> {
         let look = &*cache.look;
         let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
         let lamps = || cache.lamps.get_or_init(|| PackedLamps::beside_map(look, mode));
+        let beside_table =
+            |k: usize| cache.beside_table[k].get_or_init(|| PackedLamps::beside_map(look, mode));
         let brute = || once(&cache.brute, || Prepared::new(look));
         let product = || match ProductSampling::is_worth(shot) {
             true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),
@@ -176,24 +192,25 @@ impl<'a> Shader<'a> {
                 let size = [grid.width as u32, grid.height as u32];
                 Self::Mirror { size, pixels: environment.pixels() }
             }
-            Mode::Table | Mode::Transfer => Self::Vertices(number),
+            Mode::Table => Self::Table(beside_table(0)),
+            Mode::Transfer => Self::Transfer(beside_table(1)),
             Mode::BruteForce => Self::BruteForce(brute()?, product()),
             Mode::ShadowedBruteForce => Self::Shadowed(brute()?, product()),
             Mode::Samples => return Err(RenderError::maps("a diagram shades no surface")),
         })
     }
 
-    /// The radiance toward the viewer at a sample of the picture. `number` identifies the sample; `shadows`
-    /// are those of the object on itself.
+    /// The radiance toward the viewer at a sample of the picture. `sequence` has the points of the sample;
+    /// `of` is what the object has beside its look.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
     pub(super) fn radiance(
         &self,
         hit: &Hit,
-        number: u32,
+        sequence: Sequence,
         light_samples: u32,
-        shadows: Option<&Shadows>,
+        of: ObjectState<'_>,
         state: &mut BandState<'_>,
     ) -> Result<Vec3, RenderError> {
         let BandState { check, samplers } = state;
@@ -217,18 +234,28 @@ impl<'a> Shader<'a> {
             }
             Self::Irradiance(light) => irradiance(light, surface),
             Self::Mirror { size, pixels } => mirror(*size, pixels, surface),
-            Self::Vertices(mode) => hit.radiance[*mode],
+            Self::Table(beside) | Self::Transfer(beside) => {
+                let Some(light) = of.light.filter(|_| hit.front) else { return Ok(Vec3::ZERO) };
+                let soft = light.radiance(hit.triangle, hit.position);
+                match (self, of.shadows) {
+                    (Self::Transfer(_), Some(shadows)) if beside.material().is_some() => {
+                        let point = shadows.at(surface, hit.position);
+                        lamps_past(beside, soft, surface, |direction| point.sees(direction))
+                    }
+                    _ => lamps(beside, soft, surface),
+                }
+            }
             Self::BruteForce(prepared, product) => {
                 let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
-                let sum = |samples| brute_force_past(prepared, product, surface, number, samples, |_| true);
+                let sum = |samples| brute_force_past(prepared, product, surface, sequence, samples, |_| true);
                 averaged(light_samples, check, sum)?
             }
             Self::Shadowed(prepared, product) => {
-                let Some(shadows) = shadows else { return Ok(Vec3::ZERO) };
+                let Some(shadows) = of.shadows else { return Ok(Vec3::ZERO) };
                 let point = shadows.at(surface, hit.position);
                 let sees = |direction| point.sees(direction);
                 let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
-                let sum = |samples| brute_force_past(prepared, product, surface, number, samples, sees);
+                let sum = |samples| brute_force_past(prepared, product, surface, sequence, samples, sees);
                 averaged(light_samples, check, sum)?
             }
         })

@@ -2,6 +2,8 @@
 
 mod coverage;
 mod lamps;
+mod lamps_beside_tables;
+mod near_light;
 mod parts;
 mod pictures;
 mod product;
@@ -23,8 +25,8 @@ use sphere::{LatLong, Rotation};
 use super::geometry::Geometry;
 use super::rasteriser::{Band, Hit};
 use crate::{
-    Background, Camera, Framing, Light, Look, MapSizes, Mode, Object, Picture, RenderError, Renderer, Scene,
-    Shot, Show, ViewTransform,
+    Background, Camera, Framing, Light, Look, MapSizes, Mode, Object, Picture, PointSet, RenderError,
+    Renderer, Scene, Shot, Show, ViewTransform,
 };
 
 /// A light with a given radiance.
@@ -94,6 +96,7 @@ fn shot(size: [u32; 2], show: Show) -> Shot {
         exposure: 0.0,
         tone: ToneMap::Plain,
         light_samples: 16,
+        points: PointSet::Even,
     }
 }
 
@@ -104,7 +107,7 @@ fn render(scene: &Scene, shot: &Shot) -> Picture {
 /// The surface that every sample of a shot hits, row by row.
 fn seen(scene: &Scene, shot: &Shot) -> Vec<Option<Hit>> {
     let transform = ViewTransform::new(shot);
-    let geometry = Geometry::new(scene, &transform, &[]);
+    let geometry = Geometry::new(scene, &transform);
     let all: Vec<u32> = (0..geometry.triangles.len() as u32).collect();
     let [width, height] = transform.size;
     let band = Band::new(&geometry, &all, transform.size, 0..height);

@@ -11,7 +11,7 @@ use sphere::{Direction, LatLong};
 
 use super::*;
 use crate::lobe::{NO_LOBE, NO_MATERIAL};
-use crate::{Background, Camera, Cpu, Framing, MapSizes, Mode, Renderer, Show};
+use crate::{Background, Camera, Cpu, Framing, MapSizes, Mode, PointSet, Renderer, Show};
 
 fn environment(radiance: impl Fn(DVec3) -> [f32; 3]) -> Environment {
     let grid = LatLong::with_rows(32);
@@ -53,6 +53,7 @@ fn shot(camera_yaw: f64, light_yaw: f64) -> Shot {
         exposure: 0.0,
         tone: ToneMap::Plain,
         light_samples: 1,
+        points: PointSet::Even,
     }
 }
 
@@ -80,7 +81,7 @@ fn is_point(code: &[u8; 3]) -> bool {
 #[test]
 fn all_points_of_the_light_lie_in_the_sun() {
     let look = look(environment(small_sun), metal());
-    let sets = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.0)));
+    let sets = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.0)), PointSet::Even);
     let light = sets.light.unwrap();
     assert_eq!(light.len(), 512);
     assert!(light.iter().all(|direction| texel(&look, *direction) > 0.0));
@@ -94,7 +95,7 @@ fn points_of_lobe_and_product_lie_where_the_lobe_is() {
     for yaw in [0.0, 1.3, 4.0] {
         let shot = shot(yaw, 0.4);
         let (mut source, frame) = (SampleSource::default(), SurfaceFrame::new(&shot));
-        let sets = source.draw(&look, frame);
+        let sets = source.draw(&look, frame, PointSet::Even);
         let lobe = source.lobe().unwrap();
         // The mirror image of the view is half-way to the upper edge of the ball.
         let ball = MirrorBall::new(&shot);
@@ -114,11 +115,15 @@ fn points_of_lobe_and_product_lie_where_the_lobe_is() {
 fn a_turn_of_the_light_leaves_its_points_on_it_and_moves_the_others() {
     let look = look(environment(uneven), metal());
     let mut source = SampleSource::default();
-    let [before, after] = [0.0, 0.5].map(|yaw| source.draw(&look, SurfaceFrame::new(&shot(0.0, yaw))));
+    let [before, after] =
+        [0.0, 0.5].map(|yaw| source.draw(&look, SurfaceFrame::new(&shot(0.0, yaw)), PointSet::Even));
     assert_eq!(before.light, after.light);
     assert!(before.lobe != after.lobe && before.product != after.product);
     // What is kept draws the same as what is new.
-    assert_eq!(after, SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.5))));
+    assert_eq!(
+        after,
+        SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.5)), PointSet::Even)
+    );
 }
 
 /// The rays differ by rounding: a quarter turn moves every texel to another one.
@@ -192,7 +197,7 @@ fn the_coefficients_of_a_reflection_are_shown_as_they_are() {
 #[test]
 fn a_black_light_has_a_caption_and_no_points() {
     let look = look(environment(|_| [0.0; 3]), metal());
-    let sets = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.0)));
+    let sets = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.0)), PointSet::Even);
     assert_eq!((sets.light, sets.product), (Err("the light is black"), Err("the light is black")));
     let codes = picture(&look, &shot(0.0, 0.0));
     let is_in_column = |k: usize, column: usize| k % 180 / 60 == column;
@@ -208,7 +213,9 @@ fn a_black_light_has_a_caption_and_no_points() {
 #[test]
 fn what_cannot_be_sampled_has_a_caption() {
     let light = Arc::new(Light::new(environment(uneven), None));
-    let sets = |look: Look| SampleSource::default().draw(&Arc::new(look), SurfaceFrame::new(&shot(0.0, 0.0)));
+    let sets = |look: Look| {
+        SampleSource::default().draw(&Arc::new(look), SurfaceFrame::new(&shot(0.0, 0.0)), PointSet::Even)
+    };
     let unknown = sets(Look::of_light(Arc::clone(&light), None, MapSizes::default()));
     assert!(unknown.light.is_ok());
     assert_eq!((unknown.lobe, unknown.product), (Err(NO_MATERIAL), Err(NO_MATERIAL)));
@@ -217,7 +224,11 @@ fn what_cannot_be_sampled_has_a_caption() {
     assert_eq!((black.lobe, black.product), (Err(NO_LOBE), Err(NO_LOBE)));
     // A surface that faces away from a small sun.
     let look = look(environment(small_sun), Material::Lambert(Lambert::new([0.8; 3]).unwrap()));
-    let behind = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(std::f64::consts::PI, 0.0)));
+    let behind = SampleSource::default().draw(
+        &look,
+        SurfaceFrame::new(&shot(std::f64::consts::PI, 0.0)),
+        PointSet::Even,
+    );
     assert!(behind.light.is_ok() && behind.lobe.is_ok());
     let empty = Scene { objects: Vec::new(), ..scene(&look) };
     let codes = Cpu::new().render(&empty, &shot(0.0, 0.0), Stop::NEVER).unwrap().codes;
@@ -254,7 +265,7 @@ fn the_product_is_as_bright_as_the_light_in_the_mean() {
     let look = look(environment(|w| [2.0 + w.x as f32 + 0.5 * w.z as f32; 3]), white);
     let shot = shot(0.4, 1.0);
     let (mut source, frame) = (SampleSource::default(), SurfaceFrame::new(&shot));
-    let sets = source.draw(&look, frame);
+    let sets = source.draw(&look, frame, PointSet::Even);
     let grid = look.light().environment().grid();
     let (mut light, mut product) = (0.0, 0.0);
     for index in 0..grid.len() {
@@ -266,4 +277,36 @@ fn the_product_is_as_bright_as_the_light_in_the_mean() {
     }
     // Texels of six degrees.
     assert!((f64::from(sets.product_gain) * product / light - 1.0).abs() < 0.03);
+}
+
+/// Chi-square of all points over the cells that they have equal shares of: 64 zones of a uniform lobe under a
+/// uniform light. With 8 expected in each it has 63 degrees of freedom, mean 63 and deviation 11. Even points
+/// have 8 in each, within what the steps of the texels move.
+#[test]
+fn random_points_are_not_even() {
+    let look = look(environment(|_| [1.0; 3]), metal());
+    let chi = |set| {
+        let sets = SampleSource::default().draw(&look, SurfaceFrame::new(&shot(0.0, 0.0)), set);
+        let mut counts = [0.0; 64];
+        for [_, _, z] in sets.light.unwrap() {
+            counts[((32.0 * (1.0 + z)) as usize).min(63)] += 1.0;
+        }
+        counts.iter().map(|count: &f64| (count - 8.0).powi(2) / 8.0).sum::<f64>()
+    };
+    let [even, random] = PointSet::ALL.map(chi);
+    assert!(even < 4.0 && (20.0..120.0).contains(&random), "{even} {random}");
+}
+
+#[test]
+fn the_picture_has_the_points_of_its_shot() {
+    let look = look(environment(uneven), metal());
+    let mut cpu = Cpu::new();
+    let mut kept = |points| {
+        let shot = Shot { points, ..shot(0.0, 0.0) };
+        let kept = cpu.render(&scene(&look), &shot, Stop::NEVER).unwrap().codes;
+        assert_eq!(kept, picture(&look, &shot));
+        kept
+    };
+    let [even, random] = PointSet::ALL.map(&mut kept);
+    assert!(even != random && even == kept(PointSet::Even));
 }

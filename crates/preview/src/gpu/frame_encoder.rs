@@ -7,9 +7,9 @@ use super::canvas::DeviceCanvas;
 use super::device::GROUP;
 use super::identity_cache::address;
 use super::memory::Uniforms;
-use super::mesh::Rectangle;
-use super::numbers;
+use super::mesh::{Rectangle, Shape};
 use super::resources::Resources;
+use crate::shading::{numbers, sequence};
 use crate::{Background, Mode, RenderError, Scene, Shot, Show, ViewTransform};
 
 /// The struct `FrameUniforms` of frame.wgsl.
@@ -46,7 +46,7 @@ struct PartUniforms {
     number: u32,
     first: u32,
     count: u32,
-    unused: u32,
+    points: u32,
 }
 
 /// The struct `DevelopUniforms` of develop.wgsl.
@@ -94,6 +94,13 @@ pub(super) struct FrameEncoder<'a> {
     placed: wgpu::BindGroup,
     samples: Vec<wgpu::BindGroup>,
     background: &'a wgpu::BindGroup,
+}
+
+/// The objects that a pass shades, and the bindings of group 2.
+struct Parts {
+    seen: Vec<Visible>,
+    uniforms: Uniforms,
+    bound: wgpu::BindGroup,
 }
 
 impl<'a> FrameEncoder<'a> {
@@ -187,6 +194,10 @@ impl<'a> FrameEncoder<'a> {
             } else {
                 self.shade(encoder, side, mode, sample, self.columns(side), 0..1)?;
             }
+            if mode == Mode::Transfer && !self.resources.shadowed_lamps.is_empty() {
+                self.raster_map(encoder, sample, Mode::ShadowedBruteForce);
+                self.add_shadowed_lamps(encoder, side, sample)?;
+            }
         }
         self.develop(encoder, sample, counts)
     }
@@ -196,21 +207,25 @@ impl<'a> FrameEncoder<'a> {
         let targets = [&self.canvas.normals, &self.canvas.tangents].map(cleared);
         let mut pass = self.raster_pass(encoder, &targets);
         pass.set_pipeline(&self.resources.pipelines.raster);
-        self.draw_visible(&mut pass, sample, |_, _| true);
+        self.draw_visible(&mut pass, sample, |pass, _, shape| shape.draw(pass));
     }
 
-    /// Draws the map of a mode at one sample of each pixel: the radiance of vertices, or positions.
+    /// Draws the map of a mode at one sample of each pixel: radiance by a table, or positions.
     fn raster_map(&self, encoder: &mut CommandEncoder, sample: usize, mode: Mode) {
         let Some((_, target)) = &self.canvas.drawn_map else { return };
         let mut pass = self.raster_pass(encoder, &[cleared(target)]);
         if mode == Mode::ShadowedBruteForce {
             pass.set_pipeline(&self.resources.pipelines.located);
-            return self.draw_visible(&mut pass, sample, |_, _| true);
+            return self.draw_visible(&mut pass, sample, |pass, _, shape| shape.draw(pass));
         }
         pass.set_pipeline(&self.resources.pipelines.shaded);
-        self.draw_visible(&mut pass, sample, |pass, object| {
-            let shaded = self.resources.vertices.get(&(object, mode));
-            shaded.map(|shaded| pass.set_vertex_buffer(1, shaded.radiance.slice(..))).is_some()
+        self.draw_visible(&mut pass, sample, |pass, object, shape| {
+            let light = self.resources.vertex_lights.get(&(object, mode));
+            if let Some(bound) = light.and_then(|light| light.bound.as_ref()) {
+                // The shader finds the vertices of the corners.
+                pass.set_bind_group(1, bound, &[]);
+                pass.draw(0..shape.count, 0..1);
+            }
         });
     }
 
@@ -219,7 +234,7 @@ impl<'a> FrameEncoder<'a> {
         let Resources { textures, pipelines, .. } = self.resources;
         let (Some(target), Some(pipelines)) = (self.colours(), &pipelines.textured) else { return };
         let mut pass = self.raster_pass(encoder, &[cleared(target)]);
-        self.draw_visible(&mut pass, sample, |pass, object| {
+        self.draw_visible(&mut pass, sample, |pass, object, shape| {
             match textures.of(object, &self.scene.objects[object].look) {
                 Some((texture, coordinates)) => {
                     pass.set_pipeline(&pipelines.coloured);
@@ -228,7 +243,7 @@ impl<'a> FrameEncoder<'a> {
                 }
                 None => pass.set_pipeline(&pipelines.uncoloured),
             }
-            true
+            shape.draw(pass);
         });
     }
 
@@ -258,24 +273,19 @@ impl<'a> FrameEncoder<'a> {
         })
     }
 
-    /// Draws the visible objects for which `bind`, which binds their inputs beside their shape, is true.
+    /// Binds where each visible object is, and draws it with a function of its number and shape.
     fn draw_visible(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         sample: usize,
-        bind: impl Fn(&mut wgpu::RenderPass<'_>, usize) -> bool,
+        draw: impl Fn(&mut wgpu::RenderPass<'_>, usize, &Shape),
     ) {
         for (k, seen) in self.visible.iter().enumerate() {
             let mesh = &self.scene.objects[seen.object].mesh;
             let Some(Some(shape)) = self.resources.meshes.get(mesh) else { continue };
-            if !bind(pass, seen.object) {
-                continue;
-            }
             let offset = self.places.offset(k * self.samples.len() + sample);
             pass.set_bind_group(0, &self.placed, &[offset]);
-            pass.set_vertex_buffer(0, shape.vertices.slice(..));
-            pass.set_index_buffer(shape.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..shape.count, 0, 0..1);
+            draw(pass, seen.object, shape);
         }
     }
 
@@ -306,28 +316,9 @@ impl<'a> FrameEncoder<'a> {
         columns: std::ops::Range<u32>,
         lights: std::ops::Range<u32>,
     ) -> Result<(), RenderError> {
-        let Resources { device, layouts, pipelines, .. } = self.resources;
+        let pipelines = &self.resources.pipelines;
         let Some(light) = self.canvas.light(side, sample) else { return Ok(()) };
-        let seen = self.visible.iter();
-        let seen: Vec<Visible> = seen.filter_map(|seen| seen.within(columns.clone())).collect();
-        let part = |&Visible { object, pixels }: &Visible| PartUniforms {
-            origin: pixels.origin,
-            extent: pixels.extent,
-            number: object as u32 + 1,
-            first: lights.start,
-            count: lights.end - lights.start,
-            unused: 0,
-        };
-        let parts: Vec<PartUniforms> = seen.iter().map(part).collect();
-        let parts = device.uniforms("parts of the picture", &parts)?;
-        let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("parts of the picture"),
-            layout: &layouts.shade,
-            entries: &[
-                BindGroupEntry { binding: 0, resource: parts.binding() },
-                BindGroupEntry { binding: 1, resource: light.as_entire_binding() },
-            ],
-        });
+        let Parts { seen, uniforms: parts, bound } = self.parts(light, columns, lights)?;
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_bind_group(0, &self.samples[sample], &[]);
         for (k, Visible { object, pixels }) in seen.into_iter().enumerate() {
@@ -338,7 +329,7 @@ impl<'a> FrameEncoder<'a> {
             if mode.adds_lamps() {
                 let maps = self.resources.looks.get(look);
                 let Some(lamps) = maps.and_then(|maps| maps.lamps.get(&mode)) else { continue };
-                pass.set_bind_group(3, lamps, &[]);
+                pass.set_bind_group(3, &lamps.bound, &[]);
             }
             match mode {
                 Mode::BruteForce => {
@@ -377,6 +368,71 @@ impl<'a> FrameEncoder<'a> {
             pass.dispatch_workgroups(across, down, 1);
         }
         Ok(())
+    }
+
+    /// Adds the lamps that meshes do not hide from themselves to the radiance of a side in
+    /// [`Mode::Transfer`], one after another, as the rays of many would take long. Positions are drawn as its
+    /// map.
+    fn add_shadowed_lamps(
+        &self,
+        encoder: &mut CommandEncoder,
+        side: usize,
+        sample: usize,
+    ) -> Result<(), RenderError> {
+        let Resources { pipelines, shadowed_lamps, .. } = self.resources;
+        let (Some(light), Some((map, _))) = (self.canvas.light(side, sample), &self.canvas.drawn_map) else {
+            return Ok(());
+        };
+        let most = shadowed_lamps.values().map(|(count, _)| *count).max().unwrap_or_default();
+        for lamp in 0..most {
+            let Parts { seen, uniforms: parts, bound } =
+                self.parts(light, self.columns(side), lamp..lamp + 1)?;
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_bind_group(0, &self.samples[sample], &[]);
+            pass.set_bind_group(1, &map.bound, &[]);
+            for (k, Visible { object, pixels }) in seen.into_iter().enumerate() {
+                let pipeline = pipelines.shadowed_lamps(&self.scene.objects[object].look);
+                let lamps = shadowed_lamps.get(&object).filter(|(count, _)| lamp < *count);
+                let (Some(pipeline), Some((_, lamps))) = (pipeline, lamps) else { continue };
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(3, lamps, &[]);
+                pass.set_bind_group(2, &bound, &[parts.offset(k)]);
+                let [across, down] = pixels.extent.map(|side| side.div_ceil(GROUP));
+                pass.dispatch_workgroups(across, down, 1);
+            }
+        }
+        Ok(())
+    }
+
+    /// The visible objects in some columns of pixels, and what a pass over them reads and writes.
+    fn parts(
+        &self,
+        light: &wgpu::Buffer,
+        columns: std::ops::Range<u32>,
+        lights: std::ops::Range<u32>,
+    ) -> Result<Parts, RenderError> {
+        let Resources { device, layouts, .. } = self.resources;
+        let seen = self.visible.iter();
+        let seen: Vec<Visible> = seen.filter_map(|seen| seen.within(columns.clone())).collect();
+        let part = |&Visible { object, pixels }: &Visible| PartUniforms {
+            origin: pixels.origin,
+            extent: pixels.extent,
+            number: object as u32 + 1,
+            first: lights.start,
+            count: lights.end - lights.start,
+            points: sequence::number(self.shot.points),
+        };
+        let uniforms: Vec<PartUniforms> = seen.iter().map(part).collect();
+        let uniforms = device.uniforms("parts of the picture", &uniforms)?;
+        let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("parts of the picture"),
+            layout: &layouts.shade,
+            entries: &[
+                BindGroupEntry { binding: 0, resource: uniforms.binding() },
+                BindGroupEntry { binding: 1, resource: light.as_entire_binding() },
+            ],
+        });
+        Ok(Parts { seen, uniforms, bound })
     }
 
     /// Adds one sample of each pixel to the sums, and computes the codes after the last one. `counts` are the
@@ -459,7 +515,7 @@ impl<'a> FrameEncoder<'a> {
 
 /// Whether a mode reads a map that is drawn for each sample of pixels.
 pub(super) fn draws_map(mode: Mode) -> bool {
-    mode.shades_vertices() || mode == Mode::ShadowedBruteForce
+    mode.looks_up_table() || mode == Mode::ShadowedBruteForce
 }
 
 /// A target that a pass begins with zeros.

@@ -16,9 +16,9 @@ use shrm::Reflection;
 
 use super::memory::TEXELS;
 use super::mesh::Shape;
-use crate::shading::brute_force::NO_SHADOWS;
 use crate::shading::material::PackedMaterial;
-use crate::shading::{lobe_sampling, material};
+use crate::shading::shadows::NO_SHADOWS;
+use crate::shading::{lobe_sampling, material, sequence};
 use crate::{Look, Mode};
 
 const FRAME: &str = include_str!("frame.wgsl");
@@ -29,24 +29,24 @@ const TEXTURED: &str = include_str!("textured.wgsl");
 const SHADE: &str = include_str!("shade.wgsl");
 const UPDATE: &str = include_str!("update.wgsl");
 const DEVELOP_PASS: &str = include_str!("develop.wgsl");
-const VERTICES: &str = include_str!("vertices.wgsl");
+const TURNED_LIGHT: &str = include_str!("../shading/turned_light.wgsl");
+const SHADED: &str = include_str!("shaded.wgsl");
 const TABLE: &str = include_str!("../shading/table.wgsl");
 const PRESENT: &str = include_str!("present.wgsl");
 const SURFACE: &str = include_str!("../shading/surface.wgsl");
 const ANGLES: &str = include_str!("../shading/angles.wgsl");
 const CUBE: &str = include_str!("../shading/cube.wgsl");
 const LAT_LONG: &str = include_str!("../shading/lat_long.wgsl");
-const HARMONICS: &str = include_str!("../shading/harmonics.wgsl");
-const BACKGROUND: &str = include_str!("../shading/background.wgsl");
-const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
-const DEVELOP: &str = include_str!("../shading/develop.wgsl");
-const SEQUENCE: &str = include_str!("../shading/sequence.wgsl");
+pub(super) const HARMONICS: &str = include_str!("../shading/harmonics.wgsl");
+pub(super) const BACKGROUND: &str = include_str!("../shading/background.wgsl");
+pub(super) const DIFFERENCE: &str = include_str!("../shading/difference.wgsl");
+pub(super) const DEVELOP: &str = include_str!("../shading/develop.wgsl");
 const LIGHT_SAMPLES: &str = include_str!("../shading/light_samples.wgsl");
 const TEXTURE: &str = include_str!("../shading/texture.wgsl");
 const BASE_COLOR: &str = include_str!("../shading/base_color.wgsl");
 const BRUTE_FORCE: &str = include_str!("../shading/brute_force.wgsl");
 const SHADOWS: &str = include_str!("../shading/shadows.wgsl");
-const LAMPS: &str = include_str!("../shading/lamps.wgsl");
+pub(super) const LAMPS: &str = include_str!("../shading/lamps.wgsl");
 const GLOBAL_SHRM: &str = include_str!("../shading/global_shrm.wgsl");
 
 /// The format of the depth buffer.
@@ -64,10 +64,11 @@ pub(super) struct Layouts {
     pub(super) develop_textured: wgpu::BindGroupLayout,
     pub(super) texture: wgpu::BindGroupLayout,
     pub(super) present: wgpu::BindGroupLayout,
-    pub(super) vertices: wgpu::BindGroupLayout,
+    pub(super) vertex_light: wgpu::BindGroupLayout,
     pub(super) light: wgpu::BindGroupLayout,
     pub(super) shadowed: wgpu::BindGroupLayout,
     pub(super) lamps: wgpu::BindGroupLayout,
+    pub(super) shadowed_lamps: wgpu::BindGroupLayout,
     pub(super) taps: wgpu::BindGroupLayout,
 }
 
@@ -79,8 +80,7 @@ pub(super) struct Pipelines {
     pub(super) update: wgpu::ComputePipeline,
     pub(super) develop: wgpu::ComputePipeline,
     pub(super) present: wgpu::RenderPipeline,
-    pub(super) vertices: wgpu::ComputePipeline,
-    /// The pipeline that draws the radiance of vertices.
+    /// The pipeline that draws objects shaded by a BRDF table.
     pub(super) shaded: wgpu::RenderPipeline,
     /// The pipeline that draws positions in the mesh.
     pub(super) located: wgpu::RenderPipeline,
@@ -88,6 +88,9 @@ pub(super) struct Pipelines {
     pub(super) textured: Option<TexturedPipelines>,
     /// The pipelines of modes, for the models of the materials that they look at.
     modes: HashMap<(Mode, BTreeSet<u32>), wgpu::ComputePipeline>,
+    /// The pipelines that add shadowed lamps to the radiance of [`Mode::Transfer`], for the models of their
+    /// materials.
+    shadowed_lamps: HashMap<BTreeSet<u32>, wgpu::ComputePipeline>,
 }
 
 /// The pipelines of scenes with textures.
@@ -159,14 +162,15 @@ impl Layouts {
                 "codes",
                 &[entry(0, ShaderStages::FRAGMENT, uniform()), entry(1, ShaderStages::FRAGMENT, read())],
             ),
-            vertices: layout(
-                "the vertices of a mesh",
+            vertex_light: layout(
+                "the light of vertices",
                 &[
-                    entry(0, compute, uniform()),
-                    entry(1, compute, read()),
-                    entry(2, compute, read()),
-                    entry(3, compute, read()),
-                    entry(4, compute, write()),
+                    entry(0, vertex, uniform()),
+                    entry(1, vertex, read()),
+                    entry(2, vertex, read()),
+                    entry(3, vertex, read()),
+                    entry(4, vertex, read()),
+                    entry(5, vertex, read()),
                 ],
             ),
             light: layout("light and material", &[0, 1, 2].map(|binding| entry(binding, compute, read()))),
@@ -181,6 +185,15 @@ impl Layouts {
                 ],
             ),
             lamps: layout("lamps and material", &[1, 3].map(|binding| entry(binding, compute, read()))),
+            shadowed_lamps: layout(
+                "lamps, material and shadows",
+                &[
+                    entry(1, compute, read()),
+                    entry(3, compute, read()),
+                    entry(4, compute, read()),
+                    entry(5, compute, uniform()),
+                ],
+            ),
             taps: layout("a compact map", &[1, 3, 6, 7].map(|binding| entry(binding, compute, read()))),
         }
     }
@@ -189,15 +202,13 @@ impl Layouts {
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, target: wgpu::TextureFormat) -> Self {
         let placed = Drawing { groups: &[Some(&layouts.placed)], source: RASTER };
+        let shaded = Drawing {
+            groups: &[Some(&layouts.placed), Some(&layouts.vertex_light)],
+            source: &shaded_source(),
+        };
         Self {
             raster: raster(device, &placed, ["vertex", "fragment"], &[Some(Shape::LAYOUT)], 2),
-            shaded: raster(
-                device,
-                &placed,
-                ["shaded_vertex", "shaded_fragment"],
-                &[Some(Shape::LAYOUT), Some(Shape::RADIANCE)],
-                1,
-            ),
+            shaded: raster(device, &shaded, ["shaded_vertex", "shaded_fragment"], &[], 1),
             located: raster(
                 device,
                 &placed,
@@ -205,7 +216,6 @@ impl Pipelines {
                 &[Some(Shape::LAYOUT)],
                 1,
             ),
-            vertices: compute(device, "shade_vertices", &[Some(&layouts.vertices)], &vertices_source()),
             update: compute(
                 device,
                 "update",
@@ -221,6 +231,7 @@ impl Pipelines {
             present: present(device, layouts, target),
             textured: None,
             modes: HashMap::new(),
+            shadowed_lamps: HashMap::new(),
             device: device.clone(),
         }
     }
@@ -228,6 +239,21 @@ impl Pipelines {
     /// The pipeline of a mode for a look, if it was prepared.
     pub(super) fn mode(&self, mode: Mode, look: &Look) -> Option<&wgpu::ComputePipeline> {
         self.modes.get(&(mode, models(mode, look)))
+    }
+
+    /// The pipeline that adds the shadowed lamps of a look, if it was prepared.
+    pub(super) fn shadowed_lamps(&self, look: &Look) -> Option<&wgpu::ComputePipeline> {
+        self.shadowed_lamps.get(&table_models(look))
+    }
+
+    /// Compiles the pipeline that adds the shadowed lamps of a look unless that was done before.
+    pub(super) fn prepare_shadowed_lamps(&mut self, layouts: &Layouts, look: &Look) {
+        let device = &self.device;
+        self.shadowed_lamps.entry(table_models(look)).or_insert_with_key(|models| {
+            let Layouts { frame, map, shade, shadowed_lamps, .. } = layouts;
+            let groups = [frame, map, shade, shadowed_lamps].map(Some);
+            compute(device, "shade", &groups, &shadowed_lamps_source(models))
+        });
     }
 
     /// Compiles the pipelines of textures unless that was done before.
@@ -290,10 +316,11 @@ pub(super) fn sources() -> Vec<(String, String)> {
         ("coloured".to_owned(), coloured_source()),
         ("develop with textures".to_owned(), develop_source(&[BASE_COLOR, TEXTURED])),
         ("present".to_owned(), PRESENT.to_owned()),
-        ("vertices".to_owned(), vertices_source()),
+        ("shaded".to_owned(), shaded_source()),
     ];
     let shaded = Mode::ALL.into_iter().filter(|mode| !mode.is_diagram());
     sources.extend(shaded.map(|mode| (mode.name().to_owned(), mode_source(mode, &material::all_models()))));
+    sources.push(("shadowed lamps".to_owned(), shadowed_lamps_source(&material::all_models())));
     sources
 }
 
@@ -315,8 +342,8 @@ fn coloured_source() -> String {
     [RASTER, TEXTURE, COLOURED].concat()
 }
 
-fn vertices_source() -> String {
-    [TABLE, VERTICES].concat()
+fn shaded_source() -> String {
+    [RASTER, TURNED_LIGHT, TABLE, SHADED].concat()
 }
 
 /// The models that the shader of a mode looks at.
@@ -328,51 +355,91 @@ pub(super) fn models(mode: Mode, look: &Look) -> BTreeSet<u32> {
         Mode::Taps => compact_map.map(|map| &map.material),
         mode if mode.is_brute_force() => look.material(),
         Mode::Prefiltered => look.material().filter(|_| has_suns),
+        Mode::Table => return table_models(look),
         mode if mode.adds_lamps() => beside,
         _ => None,
     };
     material.map(PackedMaterial::models).unwrap_or_default()
 }
 
+/// The models that shade lamps beside a BRDF table.
+fn table_models(look: &Look) -> BTreeSet<u32> {
+    look.beside_table().map(|lamps| PackedMaterial::models(&lamps.material)).unwrap_or_default()
+}
+
 /// The complete shader of a mode for materials of these models.
 fn mode_source(mode: Mode, models: &BTreeSet<u32>) -> String {
+    let (files, value) = mode_files(mode, models);
+    shading_source(&[&files], value)
+}
+
+/// The files of a mode for materials of these models, and the radiance that it shows.
+pub(super) fn mode_files(mode: Mode, models: &BTreeSet<u32>) -> (String, &'static str) {
     let (material, lobe_sampling) = (material::shader(models), lobe_sampling::shader());
+    let sequence = sequence::shader();
     let (files, value): (&[&str], _) = match mode {
         Mode::LocalShrm => (
-            &[&material, LAMPS, include_str!("../shading/local_shrm.wgsl")],
+            &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/local_shrm.wgsl")],
             "lamps_added(surface, local_shrm(surface))",
         ),
-        Mode::GlobalShrm => (&[&material, LAMPS, GLOBAL_SHRM], "lamps_added(surface, global_shrm(surface))"),
+        Mode::GlobalShrm => {
+            (&[&material, NO_SHADOWS, LAMPS, GLOBAL_SHRM], "lamps_added(surface, global_shrm(surface))")
+        }
         Mode::Cabral => (&[include_str!("../shading/cabral.wgsl")], "cabral(surface)"),
         Mode::KautzMcCool => (&[include_str!("../shading/kautz_mccool.wgsl")], "kautz_mccool(surface)"),
         Mode::Taps => (
-            &[&material, LAMPS, include_str!("../shading/taps.wgsl")],
+            &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/taps.wgsl")],
             "lamps_added(surface, taps_radiance(surface))",
         ),
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
         Mode::Prefiltered => (
-            &[&material, LAMPS, include_str!("../shading/prefiltered.wgsl")],
+            &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/prefiltered.wgsl")],
             "lamps_added(surface, prefiltered(surface))",
         ),
         Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),
-        // Interpolated radiance of vertices, and for shadows positions, are drawn as the map of the mode.
-        Mode::Table | Mode::Transfer => (&[], "textureLoad(map, pixel, 0, 0).rgb"),
+        // Radiance by tables, and for shadows positions, are drawn as the map of the mode.
+        Mode::Table => (
+            &[&material, NO_SHADOWS, LAMPS],
+            "select(vec3f(), lamps_added(surface, textureLoad(map, pixel, 0, 0).rgb), \
+             textureLoad(map, pixel, 0, 0).a > 0.0)",
+        ),
+        // Its lamps are added by `shadowed_lamps_source`.
+        Mode::Transfer => (&[], "textureLoad(map, pixel, 0, 0).rgb"),
         Mode::BruteForce => (
-            &[SEQUENCE, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, NO_SHADOWS],
-            "before + brute_force(surface, frame_number(pixel), part.first, part.count)",
+            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, NO_SHADOWS],
+            "before + brute_force(surface, sequence_new(part.points, frame_number(pixel)), part.first, part.count)",
         ),
         // The CPU draws diagrams.
         Mode::Samples => (&[], "vec3f()"),
         Mode::ShadowedBruteForce => (
-            &[SEQUENCE, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, SHADOWS],
-            "before + shadowed_brute_force(surface, textureLoad(map, pixel, 0, 0).xyz, frame_number(pixel), \
-             part.first, part.count)",
+            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, SHADOWS],
+            "before + brute_force(shadows_at(surface, textureLoad(map, pixel, 0, 0).xyz), \
+             sequence_new(part.points, frame_number(pixel)), part.first, part.count)",
         ),
     };
+    (files.concat(), value)
+}
+
+/// The shader that adds lamps that the mesh may hide, by the positions that are drawn as its map.
+fn shadowed_lamps_source(models: &BTreeSet<u32>) -> String {
+    shading_source(
+        &[&material::shader(models), LAMPS, SHADOWS],
+        "select(before, lamps_some(shadows_at(surface, textureLoad(map, pixel, 0, 0).xyz), before, part.first, \
+         part.count), textureLoad(map, pixel, 0, 0).a > 0.0)",
+    )
+}
+
+/// The shader that sets the radiance of each sample to a value.
+fn shading_source(files: &[&str], value: &str) -> String {
     let one = format!(
         "fn shade_mode(surface: Surface, pixel: vec2u, before: vec3f) -> vec3f {{ return {value}; }}\n"
     );
-    [&[FRAME, MAP, ANGLES, SURFACE, CUBE, LAT_LONG, HARMONICS], files, &[&one, SHADE]].concat().concat()
+    [&[FRAME, &common(), HARMONICS], files, &[&one, SHADE]].concat().concat()
+}
+
+/// What the look-ups of maps share.
+pub(super) fn common() -> String {
+    [MAP, ANGLES, SURFACE, CUBE, LAT_LONG].concat()
 }
 
 fn compute(

@@ -3,20 +3,20 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use shrm::{Shrm, Terms};
+use shrm::Shrm;
 use taps::ScaleSpace;
 use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor, TextureViewDimension};
 
 use super::device::Device;
 use super::layouts::Layouts;
 use super::memory::TEXELS;
-use super::numbers::centre;
+use crate::layered_map::{LayeredMap, MapProperties};
 use crate::shading::brute_force::Prepared;
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
-use crate::shading::prefiltered::PrefilteredMap;
+use crate::shading::numbers::centre;
 use crate::shading::taps::{Levels, PackedTaps};
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
@@ -32,6 +32,13 @@ struct MapUniforms {
     coarse_edge: u32,
     share: f32,
     unused: u32,
+}
+
+impl From<MapProperties> for MapUniforms {
+    fn from(map: MapProperties) -> Self {
+        let MapProperties { centre, edge, degree, zonal, slices, coarse_edge, share } = map;
+        Self { centre, edge, degree, zonal: u32::from(zonal), slices, coarse_edge, share, unused: 0 }
+    }
 }
 
 /// The bind group of a map and its uniforms.
@@ -61,7 +68,7 @@ pub(super) struct LookMaps {
     /// Light, material and lobes of brute force, which has no map.
     pub(super) samples: Option<LightSampling>,
     /// The lights beside the maps of the modes that add them, and the material that reflects them.
-    pub(super) lamps: HashMap<Mode, wgpu::BindGroup>,
+    pub(super) lamps: HashMap<Mode, LampBuffers>,
     /// The buffers of [`Mode::Taps`].
     pub(super) taps: Option<wgpu::BindGroup>,
     /// The update of [`Mode::GlobalShrm`], whose map is recomputed for each view.
@@ -74,6 +81,16 @@ pub(super) struct LightSampling {
     pub(super) bound: wgpu::BindGroup,
     /// Light, material and lobes: bindings 0, 1 and 2.
     pub(super) buffers: [wgpu::Buffer; 3],
+}
+
+/// The buffers of the lights beside a map.
+#[derive(Debug)]
+pub(super) struct LampBuffers {
+    pub(super) bound: wgpu::BindGroup,
+    /// Material and lamps: bindings 1 and 3.
+    pub(super) buffers: [wgpu::Buffer; 2],
+    /// The number of lamps.
+    pub(super) count: u32,
 }
 
 /// The update of a reflection map from global coefficients.
@@ -124,10 +141,7 @@ impl LightMaps {
         light: &Light,
     ) -> Result<(), RenderError> {
         if self.reconstruction.is_none() {
-            let (cube, texels) = light.reconstruction();
-            let uniforms = MapUniforms { edge: cube.edge as u32, ..MapUniforms::default() };
-            self.reconstruction =
-                Some(cubes(device, layouts, "the background", uniforms, 1, |_, texel| texels[texel])?);
+            self.reconstruction = Some(cubes(device, layouts, &LayeredMap::reconstruction(light))?);
         }
         Ok(())
     }
@@ -198,11 +212,12 @@ impl LookMaps {
                 binding,
                 resource: buffer.as_entire_binding(),
             });
-            unmade.insert(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("lamps and material"),
                 layout: &layouts.lamps,
                 entries: &entries,
-            }));
+            });
+            unmade.insert(LampBuffers { bound, buffers: [material, lamps], count: packed.count() });
         }
         Ok(())
     }
@@ -247,53 +262,19 @@ impl LookMaps {
         if self.modes.contains_key(&mode) {
             return Ok(());
         }
-        let uniforms = MapUniforms {
-            centre: centre(look.centre()),
-            edge: look.cube().edge as u32,
-            ..MapUniforms::default()
-        };
         let map = match mode {
-            Mode::LocalShrm => {
-                let map = look.local()?;
-                self.degree = map.p().get();
-                coefficients(device, layouts, map)?
-            }
             Mode::GlobalShrm => {
                 let (update, map) = Update::new(device, layouts, look.global()?)?;
                 self.update = Some(update);
                 map
             }
-            Mode::Cabral => {
-                let maps = look.cabral()?;
-                cubes(device, layouts, "Cabral's maps", uniforms, 12, |vertex, texel| {
-                    maps.map(vertex)[texel]
-                })?
-            }
-            Mode::KautzMcCool => {
-                let texture = look.kautz_mccool()?;
-                let count = texture.views().count();
-                let uniforms = MapUniforms { slices: count as u32, ..uniforms };
-                cubes(device, layouts, "Kautz and McCool's texture", uniforms, count, |k, texel| {
-                    texture.map(k)[texel]
-                })?
-            }
-            Mode::Prefiltered => {
-                let PrefilteredMap { levels: [(edge, fine), (coarse_edge, coarse)], share } =
-                    PrefilteredMap::of(look)?;
-                let uniforms = MapUniforms { edge, coarse_edge, share, ..uniforms };
-                let count = if share == 0.0 { 1 } else { 2 };
-                let [edge, coarse_edge] = [edge, coarse_edge].map(|edge| edge as usize);
-                cubes(device, layouts, "the reflection map", uniforms, count, |level, texel| {
-                    let (row, column) = (texel / edge % edge, texel % edge);
-                    match level {
-                        0 => fine[texel],
-                        _ if row >= coarse_edge || column >= coarse_edge => [0.0; 3],
-                        _ => coarse[(texel / (edge * edge) * coarse_edge + row) * coarse_edge + column],
-                    }
-                })?
-            }
-            Mode::Irradiance | Mode::Mirror | Mode::BruteForce | Mode::Taps => return Ok(()),
-            Mode::Table | Mode::Transfer | Mode::ShadowedBruteForce | Mode::Samples => return Ok(()),
+            mode => match LayeredMap::of(look, mode)? {
+                Some(map) => {
+                    self.degree = self.degree.max(map.properties.degree as usize);
+                    cubes(device, layouts, &map)?
+                }
+                None => return Ok(()),
+            },
         };
         self.modes.insert(mode, map);
         Ok(())
@@ -308,7 +289,7 @@ pub(super) fn scale_space(device: &Device, scales: &ScaleSpace) -> Result<wgpu::
 impl Update {
     /// The update of a global map, and the reflection map that it writes.
     fn new(device: &Device, layouts: &Layouts, map: &Shrm) -> Result<(Self, Map), RenderError> {
-        let source = coefficients(device, layouts, map)?;
+        let source = cubes(device, layouts, &LayeredMap::coefficients(map).checked()?)?;
         let edge = map.grid().shape()[1] as u32;
         let shape = [u64::from(edge), u64::from(edge), 6];
         let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
@@ -388,35 +369,13 @@ impl Map {
     }
 }
 
-/// A spherical harmonic reflection map on a cube: one cube for each row of coefficients.
-fn coefficients(device: &Device, layouts: &Layouts, map: &Shrm) -> Result<Map, RenderError> {
-    let uniforms = MapUniforms {
-        centre: centre(map.centre()),
-        edge: map.grid().shape()[1] as u32,
-        degree: map.p().get() as u32,
-        zonal: u32::from(map.terms() == Terms::Zonal),
-        ..MapUniforms::default()
-    };
-    cubes(device, layouts, "the SHRM", uniforms, map.rows(), |row, texel| map.texel(texel)[row])
-}
-
-/// A map of `count` cubes. `texel` returns the texels of each, in the order of `sphere::Cube`.
-fn cubes(
-    device: &Device,
-    layouts: &Layouts,
-    what: &str,
-    uniforms: MapUniforms,
-    count: usize,
-    texel: impl Fn(usize, usize) -> [f32; 3],
-) -> Result<Map, RenderError> {
-    let edge = u64::from(uniforms.edge);
-    if edge == 0 || count == 0 {
-        return Err(RenderError::maps(format!("{what} has no texels")));
-    }
-    let texture = device.texture(what, TEXELS, USAGE, [edge, edge, 6 * count as u64])?;
+/// A map in the layers of a texture.
+fn cubes(device: &Device, layouts: &Layouts, map: &LayeredMap<'_>) -> Result<Map, RenderError> {
+    let (edge, count) = (u64::from(map.properties.edge), map.count);
+    let texture = device.texture(map.what, TEXELS, USAGE, [edge, edge, 6 * count as u64])?;
     let mut staged = 0;
     for k in 0..count {
-        let texels = padded((0..6 * (edge * edge) as usize).map(|at| texel(k, at)));
+        let texels = padded(map.cube(k));
         device.write_layers(&texture, 6 * k as u32, &texels);
         staged += size_of_val(texels.as_slice());
         if staged >= STAGED {
@@ -426,7 +385,7 @@ fn cubes(
             staged = 0;
         }
     }
-    Map::new(device, layouts, texture, uniforms)
+    Map::new(device, layouts, texture, map.properties.into())
 }
 
 fn layers(texture: &wgpu::Texture) -> wgpu::TextureView {

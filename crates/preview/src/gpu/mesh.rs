@@ -38,13 +38,6 @@ impl Shape {
         attributes: &Self::ATTRIBUTES,
     };
 
-    /// The radiance of vertices, in a buffer of its own.
-    pub(super) const RADIANCE: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-        array_stride: size_of::<[f32; 4]>() as u64,
-        step_mode: wgpu::VertexStepMode::Vertex,
-        attributes: &wgpu::vertex_attr_array![3 => Float32x4],
-    };
-
     /// The coordinates of vertices in a texture, in a buffer of their own.
     pub(super) const COORDINATES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
         array_stride: size_of::<[f32; 2]>() as u64,
@@ -74,13 +67,24 @@ impl Shape {
         }
         Ok(Some(Self {
             vertices: device.filled("the vertices of a mesh", BufferUsages::VERTEX, &vertices)?,
-            indices: device.filled("the triangles of a mesh", BufferUsages::INDEX, mesh.triangles())?,
+            indices: device.filled(
+                "the triangles of a mesh",
+                BufferUsages::INDEX | BufferUsages::STORAGE,
+                mesh.triangles(),
+            )?,
             count: 3 * mesh.triangles().len() as u32,
             corners: array::from_fn(|corner| {
                 let pick = |axis: usize| if corner >> axis & 1 == 0 { least[axis] } else { most[axis] };
                 Vec3::new(pick(0), pick(1), pick(2))
             }),
         }))
+    }
+
+    /// Draws the mesh, with whatever else is bound.
+    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.count, 0, 0..1);
     }
 
     /// The pixels that the mesh may cover; `None` if there are none.

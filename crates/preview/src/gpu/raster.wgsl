@@ -1,5 +1,5 @@
-// Draws meshes into the surface buffer: the nearest object at each sample, its normal and its tangent. Other
-// entry points draw what single modes read as their map: the radiance of vertices, or positions in the mesh.
+// Draws meshes into the surface buffer: the nearest object at each sample, its normal and its tangent. Others
+// draw positions in the mesh, which shadows read as their map.
 
 struct PlacedUniforms {
     clip: mat4x4f,
@@ -40,23 +40,6 @@ fn fragment(@builtin(front_facing) front: bool, at: Vertex) -> FragmentOutput {
     return FragmentOutput(vec4f(at.normal, select(-placed.number, placed.number, outside)), vec4f(at.tangent, 0.0));
 }
 
-struct ShadedVertex {
-    @invariant @builtin(position) position: vec4f,
-    @location(0) radiance: vec3f,
-}
-
-@vertex
-fn shaded_vertex(@location(0) position: vec3f, @location(3) radiance: vec4f) -> ShadedVertex {
-    return ShadedVertex(placed.clip * vec4f(position, 1.0), radiance.rgb);
-}
-
-// The inner side is black: vertices do not know it.
-@fragment
-fn shaded_fragment(@builtin(front_facing) front: bool, at: ShadedVertex) -> @location(0) vec4f {
-    let outside = front != (placed.mirrored == 1u);
-    return vec4f(select(vec3f(0.0), at.radiance, outside), 1.0);
-}
-
 struct LocatedVertex {
     @invariant @builtin(position) position: vec4f,
     @location(0) in_mesh: vec3f,
@@ -67,7 +50,8 @@ fn located_vertex(@location(0) position: vec3f) -> LocatedVertex {
     return LocatedVertex(placed.clip * vec4f(position, 1.0), position);
 }
 
+// The last value is 0 on the inner side.
 @fragment
-fn located_fragment(at: LocatedVertex) -> @location(0) vec4f {
-    return vec4f(at.in_mesh, 1.0);
+fn located_fragment(@builtin(front_facing) front: bool, at: LocatedVertex) -> @location(0) vec4f {
+    return vec4f(at.in_mesh, select(0.0, 1.0, front != (placed.mirrored == 1u)));
 }

@@ -14,9 +14,9 @@ use super::maps::{LightMaps, LookMaps, Map, scale_space};
 use super::mesh::Shape;
 use super::shadow_tree::{ShadowTree, ShadowUniforms};
 use super::textures::Textures;
-use super::vertices::ShadedVertices;
+use super::vertex_light::VertexLight;
 use crate::shading::harmonics::Harmonics;
-use crate::vertex_shading::ShadedMesh;
+use crate::vertex_light::ShadedMesh;
 use crate::{Background, Light, Look, Mode, Object, RenderError, Scene, Shot};
 
 /// The pipelines, and the resources of scenes.
@@ -35,8 +35,11 @@ pub(super) struct Resources {
     trees: IdentityCache<mesh::Mesh, ShadowTree>,
     /// Light, material and shadows of each object in the present shot, by its number.
     pub(super) shadowed: HashMap<usize, wgpu::BindGroup>,
-    /// The vertices that a BRDF table shades, by the number of the object, and the mode.
-    pub(super) vertices: HashMap<(usize, Mode), ShadedVertices>,
+    /// The lamps of each object that a table shades with its transfer: their number; they, their material and
+    /// its shadows.
+    pub(super) shadowed_lamps: HashMap<usize, (u32, wgpu::BindGroup)>,
+    /// The light at the vertices of objects that a BRDF table shades, by the object's number, and the mode.
+    pub(super) vertex_lights: HashMap<(usize, Mode), VertexLight>,
     /// The constants of the harmonics, up to a degree.
     pub(super) textures: Textures,
     pub(super) harmonics: wgpu::Buffer,
@@ -64,7 +67,8 @@ impl Resources {
             scale_spaces: IdentityCache::default(),
             trees: IdentityCache::default(),
             shadowed: HashMap::new(),
-            vertices: HashMap::new(),
+            shadowed_lamps: HashMap::new(),
+            vertex_lights: HashMap::new(),
             textures: Textures::default(),
             harmonics,
             degree: DEGREE,
@@ -78,13 +82,14 @@ impl Resources {
         self.meshes.retain(objects().map(|object| &object.mesh));
         self.trees.retain(objects().map(Object::occluder));
         self.shadowed.clear();
+        self.shadowed_lamps.clear();
         self.looks.retain(objects().map(|object| &object.look));
         self.lights.retain(objects().map(|object| object.look.light()).chain(once(&scene.light)));
         let compact_maps = objects().filter_map(|object| object.look.compact_map().ok());
         self.scale_spaces.retain(compact_maps.map(|map| &map.scales));
-        self.vertices.retain(|(number, mode), shaded| {
+        self.vertex_lights.retain(|(number, mode), light| {
             let mesh = scene.objects.get(*number).and_then(|object| ShadedMesh::new(object, *mode).ok());
-            mesh.is_some_and(|mesh| shaded.is_of(&mesh))
+            mesh.is_some_and(|mesh| light.is_of(&mesh))
         });
         let Self { device, layouts, .. } = self;
         self.textures.prepare(device, layouts, scene, shot)?;
@@ -107,13 +112,26 @@ impl Resources {
                     Mode::Mirror => lights.prepare_environment(device, layouts, light)?,
                     Mode::Irradiance => lights.prepare_irradiance(device, layouts, light)?,
                     Mode::Table | Mode::Transfer => {
-                        let shaded = match self.vertices.entry((number, mode)) {
+                        let Some(Some(shape)) = self.meshes.get(&object.mesh) else { continue };
+                        let light = match self.vertex_lights.entry((number, mode)) {
                             Entry::Occupied(entry) => entry.into_mut(),
                             Entry::Vacant(entry) => {
-                                entry.insert(ShadedVertices::new(device, ShadedMesh::new(object, mode)?)?)
+                                entry.insert(VertexLight::new(device, ShadedMesh::new(object, mode)?)?)
                             }
                         };
-                        shaded.update(device, layouts, &self.pipelines, object, shot)?;
+                        light.update(device, layouts, shape, object, shot)?;
+                        let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
+                        maps.prepare_lamps(device, layouts, &object.look, mode)?;
+                        if mode == Mode::Transfer && object.look.beside_table().is_some() {
+                            let tree = self.trees.get_or_make(object.occluder(), || {
+                                ShadowTree::new(device, object.occluder())
+                            })?;
+                            let uniforms = ShadowUniforms::new(tree, object, shot);
+                            let lamps = &maps.lamps[&mode];
+                            let bound = tree.bound_with_lamps(device, layouts, lamps, uniforms)?;
+                            self.shadowed_lamps.insert(number, (lamps.count, bound));
+                            self.pipelines.prepare_shadowed_lamps(layouts, &object.look);
+                        }
                     }
                     Mode::Taps => {
                         let map = object.look.compact_map()?;

@@ -6,9 +6,11 @@ struct PartUniforms {
     extent: vec2u,
     // The object's number, from 1.
     number: u32,
-    // The range of light samples of brute force.
+    // The range of light samples of brute force, or of lamps with shadows.
     first: u32,
     count: u32,
+    // The set of their points.
+    points: u32,
 }
 
 @group(2) @binding(0) var<uniform> part: PartUniforms;

@@ -6,7 +6,7 @@ use wgpu::{BindGroupEntry, BufferUsages};
 
 use super::device::Device;
 use super::layouts::Layouts;
-use super::maps::LightSampling;
+use super::maps::{LampBuffers, LightSampling};
 use super::memory::within;
 use crate::shading::shadows::to_mesh;
 use crate::{Object, RenderError, Shot};
@@ -52,14 +52,39 @@ impl ShadowTree {
         samples: &LightSampling,
         uniforms: ShadowUniforms,
     ) -> Result<wgpu::BindGroup, RenderError> {
-        let uniforms = device.filled("the shadows of an object", BufferUsages::UNIFORM, &[uniforms])?;
         let [light, material, lobes] = &samples.buffers;
-        let buffers = [(0, light), (1, material), (2, lobes), (4, &self.buffer), (5, &uniforms)];
+        let buffers = [(0, light), (1, material), (2, lobes)];
+        self.bound_with(device, &layouts.shadowed, &buffers, uniforms)
+    }
+
+    /// Binds the buffers that shadowed lamps of an object read.
+    pub(super) fn bound_with_lamps(
+        &self,
+        device: &Device,
+        layouts: &Layouts,
+        lamps: &LampBuffers,
+        uniforms: ShadowUniforms,
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let [material, lamps] = &lamps.buffers;
+        self.bound_with(device, &layouts.shadowed_lamps, &[(1, material), (3, lamps)], uniforms)
+    }
+
+    fn bound_with(
+        &self,
+        device: &Device,
+        layout: &wgpu::BindGroupLayout,
+        buffers: &[(u32, &wgpu::Buffer)],
+        uniforms: ShadowUniforms,
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let uniforms = device.filled("the shadows of an object", BufferUsages::UNIFORM, &[uniforms])?;
+        let buffers = buffers.iter().copied().chain([(4, &self.buffer), (5, &uniforms)]);
+        let entries: Vec<BindGroupEntry<'_>> = buffers
+            .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
         Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("light, material and shadows"),
-            layout: &layouts.shadowed,
-            entries: &buffers
-                .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() }),
+            layout,
+            entries: &entries,
         }))
     }
 }

@@ -11,8 +11,8 @@ use super::device::Device;
 use super::identity_cache::{Identity, IdentityCache};
 use super::layouts::Layouts;
 use super::memory::TEXELS;
-use super::numbers::wrap;
 use crate::shading::base_color::BaseColorMap;
+use crate::shading::numbers::wrap;
 use crate::shading::texture::{MOST_LEVELS, PackedTexture};
 use crate::{Look, Mode, Object, RenderError, Scene, Shot};
 

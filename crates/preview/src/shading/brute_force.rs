@@ -9,7 +9,7 @@
 //! is larger than with the better kind alone.
 //!
 //! On the CPU, where many samples are taken, half of them follow the product of light and material
-//! ([`sampling::ProductSampler`]), in the same heuristic.
+//! ([`sampling::ProductSampler`]), in the same heuristic. A device has the first two kinds only.
 //!
 //! Light is distant, and surfaces cast no shadows, unless those of [`super::shadows`] are wanted. The sum
 //! converges to `shrm::reference::Reference`, which integrates over the same texels.
@@ -26,8 +26,9 @@ use sampling::ProductSampler;
 
 use super::light_samples::LightSamples;
 use super::lobe_sampling::LobeSampling;
+use super::material;
+use super::sequence::Sequence;
 use super::surface::Surface;
-use super::{material, sequence};
 use crate::{Look, RenderError};
 
 /// A look prepared for sampling.
@@ -53,6 +54,11 @@ impl Prepared {
     /// Prepares a material under a light.
     pub fn of(light: Arc<LightSamples>, material: &Material) -> Self {
         let share = if light.is_lit() { 0.5 } else { 0.0 };
+        Self::with_light_share(light, material, share)
+    }
+
+    /// Prepares a material under a light, with this share of samples of the light.
+    pub(crate) fn with_light_share(light: Arc<LightSamples>, material: &Material, share: f32) -> Self {
         Self { light, material: material.clone(), lobes: LobeSampling::new(material, share) }
     }
 
@@ -75,11 +81,11 @@ impl Prepared {
 /// The sum over some light samples at a point of a surface. Divided by their number it is the reflected
 /// radiance, RGB.
 ///
-/// `sample_index` identifies the sample of a pixel. `samples` is a range of light samples, from 0 on;
+/// `sequence` has the points of the sample of a pixel. `samples` is a range of light samples, from 0 on;
 /// adjacent ranges add up to the sum over the whole range but for rounding. The result is never NaN or
 /// infinite.
-pub fn brute_force(prepared: &Prepared, surface: &Surface, sample_index: u32, samples: Range<u32>) -> Vec3 {
-    brute_force_past(prepared, None, surface, sample_index, samples, |_| true)
+pub fn brute_force(prepared: &Prepared, surface: &Surface, sequence: Sequence, samples: Range<u32>) -> Vec3 {
+    brute_force_past(prepared, None, surface, sequence, samples, |_| true)
 }
 
 /// The share of samples that follow the product, if there is a sampler of it.
@@ -92,7 +98,7 @@ pub(crate) fn brute_force_past(
     prepared: &Prepared,
     product: Option<&ProductSampler>,
     surface: &Surface,
-    sample_index: u32,
+    sequence: Sequence,
     samples: Range<u32>,
     sees: impl Fn(Vec3) -> bool,
 ) -> Vec3 {
@@ -101,12 +107,11 @@ pub(crate) fn brute_force_past(
     let to_surface = frame.transpose();
     let view = to_surface * surface.view;
     let outgoing = material::direction(view);
-    let shift = sequence::shift(sample_index);
     let share = lobes.light();
     let product_share = if product.is_some() { PRODUCT } else { 0.0 };
     let mut sum = Vec3::ZERO;
     for i in samples {
-        let [choice, along] = sequence::point(shift, i);
+        let [choice, along] = sequence.point(i);
         let rest = below_1((choice - product_share) / (1.0 - product_share));
         let (incident, lit) = if let Some(product) = product.filter(|_| choice < product_share) {
             let direction = product.sample([below_1(choice / product_share), along]).direction;
@@ -135,10 +140,6 @@ pub(crate) fn brute_force_past(
     }
     sum
 }
-
-/// The function `brute_force_sees` of brute_force.wgsl without shadows.
-#[cfg(feature = "gpu")]
-pub(crate) const NO_SHADOWS: &str = "fn brute_force_sees(direction: vec3f) -> bool { return true; }\n";
 
 /// Keeps a coordinate below 1 that rounding brought to 1.
 fn below_1(coordinate: f32) -> f32 {

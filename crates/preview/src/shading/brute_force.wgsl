@@ -3,19 +3,18 @@
 //
 // It needs surface.wgsl, angles.wgsl, sequence.wgsl, light_samples.wgsl, material.wgsl and
 // lobe_sampling.wgsl. Their buffers come from `Prepared`: light_samples from `Prepared::light`, material from
-// the `PackedMaterial` of `Prepared::material`, lobe_sampling from `Prepared::lobes`. `brute_force_sees` says
+// the `PackedMaterial` of `Prepared::material`, lobe_sampling from `Prepared::lobes`. `light_arrives` says
 // whether light from a direction arrives: it is in shadows.wgsl, or always true.
 
 // The sum over `count` light samples from `first` on: the reflected radiance times the samples' number.
-fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> vec3f {
+fn brute_force(surface: Surface, sequence: Sequence, first: u32, count: u32) -> vec3f {
     let frame = mat3x3f(surface.tangent, cross(surface.normal, surface.tangent), surface.normal);
     let to_surface = transpose(frame);
     let view = to_surface * surface.view;
-    let shift = sequence_shift(sample_index);
     let share = lobe_sampling_light();
     var sum = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
-        let point = sequence_point(shift, first + i);
+        let point = sequence_point(sequence, first + i);
         var lit: LightSample;
         var incident: vec3f;
         if point.x < share {
@@ -27,7 +26,7 @@ fn brute_force(surface: Surface, sample_index: u32, first: u32, count: u32) -> v
             lit = light_samples_at(frame * incident);
         }
         let rho_hat = material_rho_hat(incident, view);
-        if all(rho_hat == vec3f(0.0)) || !brute_force_sees(frame * incident) {
+        if all(rho_hat == vec3f(0.0)) || !light_arrives(frame * incident) {
             continue;
         }
         let density = share * lit.density + (1.0 - share) * lobe_sampling_density(incident, view);

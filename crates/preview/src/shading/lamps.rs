@@ -10,6 +10,11 @@
 //! its normal if the map that the lamps are added to has no tangent; it costs that many times more. Beside
 //! taps that know the tangent the surface is not turned, and each lamp has the finest of its points
 //! everywhere, because a streak is narrow far from the highlight's peak too: `LampPoints::surface_radiance`.
+//! So it is beside a BRDF table, whose soft light is not cut at 0.
+//!
+//! With shadows, a point whose direction is hidden adds nothing. Each level then has at least `SHADOW_RAYS`
+//! points, spread over the lamp's disk, so that the edges of shadows are soft, and at most
+//! `MOST_SHADOW_RAYS` if a coarser level does. The device adds lamp after lamp.
 //!
 //! Directions are in the light's frame, so that lamps turn with the light. The elements, of four f32:
 //!
@@ -36,6 +41,12 @@ use crate::{CompactMap, CompactTaps, Look, Mode};
 const HEAD: usize = 2;
 const LAMP: usize = 3;
 
+/// The fewest points of a lamp that casts shadows, as many as the default of the kind `shade-vertices`.
+const SHADOW_RAYS: usize = 16;
+
+/// The most points of a lamp that casts shadows: a device traces all rays toward a lamp at once.
+const MOST_SHADOW_RAYS: usize = 256;
+
 /// The lamps of a reflection and their material, as the shader reads them.
 #[derive(Clone, Debug)]
 pub struct PackedLamps {
@@ -46,28 +57,39 @@ pub struct PackedLamps {
 impl PackedLamps {
     /// Packs the lamps of a reflection; an imported map has none.
     pub fn new(reflection: Option<&Reflection>) -> Self {
-        let is_cut = reflection.is_some_and(Reflection::is_for_light);
-        Self::of(reflection.and_then(Reflection::lamps), is_cut, false)
+        let is_for_light = reflection.is_some_and(Reflection::is_for_light);
+        let lamps = reflection.and_then(Reflection::lamps);
+        Self::of(lamps, Packing { is_cut: is_for_light || has_lights(lamps), ..Packing::default() })
     }
 
     /// Packs the lights beside the map of a mode of a look.
     pub fn beside_map(look: &Look, mode: Mode) -> Self {
         match mode {
-            Mode::Prefiltered => Self::of(look.beside_cube().as_ref(), false, false),
+            Mode::Prefiltered => {
+                let lamps = look.beside_cube();
+                let is_cut = has_lights(lamps.as_ref());
+                Self::of(lamps.as_ref(), Packing { is_cut, ..Packing::default() })
+            }
+            Mode::Table | Mode::Transfer => {
+                let lamps = look.beside_table();
+                let has_tangent = lamps.as_ref().is_some_and(|lamps| lamps.material.turns() > 1);
+                let casts_shadows = mode == Mode::Transfer;
+                Self::of(lamps.as_ref(), Packing { has_tangent, casts_shadows, is_cut: false })
+            }
             _ => Self::new(look.beside()),
         }
     }
 
     /// Packs the lights beside a compact map.
     pub fn beside(map: &CompactMap) -> Self {
-        Self::of(Some(&map.lamps()), false, matches!(*map.taps, CompactTaps::View(_)))
+        let (lamps, has_tangent) = (map.lamps(), matches!(*map.taps, CompactTaps::View(_)));
+        let is_cut = has_lights(Some(&lamps));
+        Self::of(Some(&lamps), Packing { is_cut, has_tangent, ..Packing::default() })
     }
 
-    /// Packs lamps. `is_cut` says whether soft light below zero is cut even if there are none, `has_tangent`
-    /// whether the material reflects them with the surface's tangent.
-    fn of(lamps: Option<&Lamps>, is_cut: bool, has_tangent: bool) -> Self {
+    fn of(lamps: Option<&Lamps>, packing: Packing) -> Self {
+        let Packing { is_cut, has_tangent, casts_shadows } = packing;
         let lamps = lamps.filter(|lamps| !lamps.lights.is_empty());
-        let is_cut = lamps.is_some() || is_cut;
         let turns = lamps.map_or(1, |lamps| if has_tangent { 1 } else { lamps.material.turns() });
         let points = lamps.map(Lamps::for_views);
         let lights = points.as_ref().map(LampPoints::lamps).unwrap_or_default();
@@ -81,9 +103,22 @@ impl PackedLamps {
         for (index, LampLevels { light, flux, levels, .. }) in lights.iter().enumerate() {
             let [red, green, blue] = flux.map(|flux| flux as f32);
             let centre = [(light.direction, 1.0)];
+            let all = levels;
             let levels = if has_tangent { &levels[..levels.len().min(1)] } else { &levels[..] };
-            let levels: Vec<&[(Direction, f64)]> =
-                std::iter::once(centre.as_slice()).chain(levels.iter().map(Vec::as_slice)).collect();
+            let spread: Vec<(Direction, f64)> = light
+                .directions(SHADOW_RAYS)
+                .map(|direction| (direction, 1.0 / SHADOW_RAYS as f64))
+                .collect();
+            let levels = std::iter::once(centre.as_slice()).chain(levels.iter().map(Vec::as_slice));
+            let finest = || finest_below(MOST_SHADOW_RAYS, all);
+            let levels: Vec<&[(Direction, f64)]> = levels
+                .map(|level| match level.len() {
+                    _ if !casts_shadows => level,
+                    ..SHADOW_RAYS => &spread,
+                    SHADOW_RAYS..=MOST_SHADOW_RAYS => level,
+                    _ => finest(),
+                })
+                .collect();
             let mut place = elements.len();
             elements[HEAD + LAMP * index..][..LAMP].copy_from_slice(&[
                 element(light.direction, light.radius),
@@ -105,6 +140,11 @@ impl PackedLamps {
         &self.elements
     }
 
+    /// The number of lamps.
+    pub(crate) fn count(&self) -> u32 {
+        self.elements[0][0] as u32
+    }
+
     /// The material of the lamps, if there are any, which a
     /// [`PackedMaterial`](material::PackedMaterial) brings into the buffer `material` of the shader.
     pub fn material(&self) -> Option<&Material> {
@@ -112,8 +152,39 @@ impl PackedLamps {
     }
 }
 
+/// How lamps are packed.
+#[derive(Clone, Copy, Default)]
+struct Packing {
+    /// Whether soft light below zero is cut.
+    is_cut: bool,
+    /// Whether the material reflects the lamps with the surface's tangent.
+    has_tangent: bool,
+    /// Whether the mesh may hide the lamps.
+    casts_shadows: bool,
+}
+
+/// The finest level with so many points at most; otherwise the coarsest.
+fn finest_below(most: usize, levels: &[Vec<(Direction, f64)>]) -> &[(Direction, f64)] {
+    levels.iter().find(|level| level.len() <= most).or(levels.last()).map_or(&[], Vec::as_slice)
+}
+
+fn has_lights(lamps: Option<&Lamps>) -> bool {
+    lamps.is_some_and(|lamps| !lamps.lights.is_empty())
+}
+
 /// The radiance toward the viewer of a surface whose map shows `soft`.
 pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
+    lamps_past(lamps, soft, surface, |_| true)
+}
+
+/// [`lamps`] of the light that arrives: `sees` says for a direction, in the light's frame, whether light from
+/// there does.
+pub(crate) fn lamps_past(
+    lamps: &PackedLamps,
+    soft: Vec3,
+    surface: &Surface,
+    sees: impl Fn(Vec3) -> bool,
+) -> Vec3 {
     let [_, is_cut, turns, _] = lamps.elements[0];
     let soft = if is_cut == 1.0 { soft.max(Vec3::ZERO) } else { soft };
     let Some(of) = &lamps.material else { return soft };
@@ -130,7 +201,11 @@ pub fn lamps(lamps: &PackedLamps, soft: Vec3, surface: &Surface) -> Vec3 {
         let [place, count, ..] = lamps.elements[level].map(|value| value as usize);
         let mut reflected = Vec3::ZERO;
         for [x, y, z, share] in &lamps.elements[place..place + count] {
-            let incident = to_surface * Vec3::new(*x, *y, *z);
+            let direction = Vec3::new(*x, *y, *z);
+            if !sees(direction) {
+                continue;
+            }
+            let incident = to_surface * direction;
             for turn in 0..turns as u32 {
                 let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
                 let turned =
@@ -174,7 +249,7 @@ mod tests {
     use crate::shading::material::tests::{allowed, materials};
     use crate::shading::testkit::{apart, facet_table, lights, reflection, scale_space, surfaces};
     #[cfg(feature = "gpu")]
-    use crate::shading::{material::PackedMaterial, on_device};
+    use crate::shading::{material::PackedMaterial, on_device, shadows::NO_SHADOWS};
     use sphere::{DMat3, DVec3, Direction};
     use std::sync::Arc;
 
@@ -302,6 +377,7 @@ mod tests {
             include_str!("surface.wgsl"),
             include_str!("angles.wgsl"),
             &crate::shading::material::shader(&crate::shading::material::all_models()),
+            NO_SHADOWS,
             include_str!("lamps.wgsl"),
             "fn answer(k: u32) -> vec3f {
                 let surface = Surface(asked[3u * k].xyz, asked[3u * k + 1u].xyz, asked[3u * k + 2u].xyz);

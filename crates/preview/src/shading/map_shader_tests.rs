@@ -3,7 +3,7 @@
 use brdf::Centre;
 use bytemuck::cast_slice;
 use sh::Degree;
-use shrm::shader::{MapShader, ShaderLanguage};
+use shrm::shader::{ComponentShader, Language, MapShader};
 use shrm::{MapGrid, Shrm, Terms, View};
 use sphere::{Cube, LatLong, spiral};
 
@@ -21,23 +21,28 @@ fn map(grid: MapGrid, view: View, terms: Terms, p: usize) -> Option<Shrm> {
     Shrm::new(grid, view, Centre::Reflection, p, terms, values)
 }
 
-#[test]
-fn the_shaders_of_maps_are_valid() {
+fn check(source: &str) {
     use wgpu::naga::front::wgsl::parse_str;
     use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+    let module = parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
+    let valid = validator.validate(&module);
+    assert!(valid.is_ok(), "{}", valid.unwrap_err().emit_to_string(source));
+}
+
+#[test]
+fn the_shaders_of_maps_are_valid() {
     for grid in GRIDS {
         for (view, terms) in
             [(View::Local, Terms::All), (View::Local, Terms::Zonal), (View::Global, Terms::All)]
         {
             for p in 0..=16 {
-                let source = MapShader::of(&map(grid, view, terms, p).unwrap()).text(ShaderLanguage::Wgsl);
-                let module =
-                    parse_str(&source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(&source)));
-                let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
-                let valid = validator.validate(&module);
-                assert!(valid.is_ok(), "{}", valid.unwrap_err().emit_to_string(&source));
+                check(&MapShader::of(&map(grid, view, terms, p).unwrap()).text(Language::Wgsl));
             }
         }
+    }
+    for centre in [Centre::Reflection, Centre::Normal] {
+        check(&ComponentShader { centre, count: 9, edge: 32 }.text(Language::Wgsl));
     }
 }
 
@@ -62,7 +67,7 @@ fn the_shaders_of_local_maps_look_them_up_as_the_kernel_does() {
             for p in [0, 1, 2, 5, 16] {
                 let map = map(grid, View::Local, terms, p).unwrap();
                 let [faces, height, width] = grid.shape();
-                let text = MapShader::of(&map).text(ShaderLanguage::Wgsl);
+                let text = MapShader::of(&map).text(Language::Wgsl);
                 let texture = "@group(0) @binding(0) var map: texture_2d_array<f32>;";
                 let buffer = "@group(3) @binding(0) var<storage, read> values: array<vec4f>;";
                 let fetch = "return textureLoad(map, at, layer, 0).rgb;";

@@ -12,6 +12,10 @@ use transfer::Occluders;
 use super::surface::Surface;
 use crate::{Object, Shot};
 
+/// The function `light_arrives` of brute_force.wgsl and lamps.wgsl without shadows.
+#[cfg(feature = "gpu")]
+pub(crate) const NO_SHADOWS: &str = "fn light_arrives(direction: vec3f) -> bool { return true; }\n";
+
 /// The triangles that hide light from the points of an object.
 #[derive(Clone, Debug)]
 pub struct Shadows {

@@ -1,7 +1,7 @@
 // Traced shadows: whether the mesh of an object hides a direction from a point on it. The twin of shadows.rs,
 // with the same triangles in a tree without a stack: `transfer::OccluderNode`.
 //
-// It needs brute_force.wgsl.
+// It needs surface.wgsl.
 
 struct ShadowUniforms {
     // From the light's frame to the mesh's coordinates.
@@ -30,12 +30,12 @@ const SHADOWS_BELOW = 1.2e-4;
 var<private> shadows_origin: vec3f;
 var<private> shadows_up: vec3f;
 
-// The sum of `brute_force` over the light that arrives at a position in the mesh's coordinates.
-fn shadowed_brute_force(surface: Surface, position: vec3f, sample_index: u32, first: u32, count: u32) -> vec3f {
+// Sets the point at which light arrives, at a position in the mesh's coordinates, and returns its surface.
+fn shadows_at(surface: Surface, position: vec3f) -> Surface {
     let normal = surface_unit_or(shadows.to_mesh * surface.normal, vec3f(0.0));
     shadows_origin = position + normal * shadows_above(position, normal);
     shadows_up = surface.normal;
-    return brute_force(surface, sample_index, first, count);
+    return surface;
 }
 
 // How far above a point rays start: of the size of its coordinates, and of the triangles that it lies on; more
@@ -84,7 +84,7 @@ fn shadows_clearance(number: f32, size: f32) -> f32 {
 }
 
 // Light from below the point's own horizon is not shadowed.
-fn brute_force_sees(direction: vec3f) -> bool {
+fn light_arrives(direction: vec3f) -> bool {
     if dot(direction, shadows_up) <= 0.0 {
         return true;
     }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use envmap::ToneMap;
 use glam::{DAffine3, DQuat};
 use mesh::{MaterialRange, Mesh};
-use preview::{Background, Camera, Look, Mode, Object, RenderError, Scene, ScenePart, Shot, Show};
+use preview::{Background, Camera, Look, Mode, Object, PointSet, RenderError, Scene, ScenePart, Shot, Show};
 use sphere::Rotation;
 
 use compared::Compared;
@@ -29,6 +29,7 @@ fn shot(scene: &Scene, show: Show) -> Shot {
         exposure: 0.0,
         tone: ToneMap::Filmic,
         light_samples: 40,
+        points: PointSet::Even,
     }
 }
 
@@ -139,8 +140,8 @@ fn every_setting_of_a_shot_by_tables() {
     let transfer = scenes::transfer(&knot);
     let looks = scenes::tabulated();
     let several = looks.len() - 1;
-    let blend: Vec<f32> = (0..knot.positions().len()).map(|vertex| (vertex % 128) as f32 / 127.0).collect();
-    let blend = Arc::new(blend);
+    let place = |vertex: usize| [(vertex % 128) as f32 / 127.0, (vertex % 96) as f32 / 95.0];
+    let blend = Arc::new((0..knot.positions().len()).map(place).collect::<Vec<_>>());
     let object = |scale: [f64; 3], at: [f64; 3], look: usize| Object {
         transfer: Some(Arc::clone(&transfer)),
         blend: Some(Arc::clone(&blend)),

@@ -13,7 +13,7 @@ use sh::{Degree, Expansion, Lighting, Stop, Transform};
 use shrm::Reflection;
 use sphere::{Cube, LatLong};
 use taps::{ScaleSpace, Widths, fit, fit_facets};
-use transfer::{Directions, Frames, Occluders, Transfer, TransferDegrees, precompute};
+use transfer::{Directions, Frames, LightField, Occluders, Transfer, TransferDegrees, precompute};
 
 /// A look, and the names of its light and material.
 pub(crate) type Named = (String, Arc<Look>);
@@ -54,7 +54,8 @@ pub(crate) fn looks() -> &'static [Named] {
 }
 
 /// Brushed metal under each environment, of which there are no maps but a table, and hair with a table that
-/// is mirrored at the horizon.
+/// is mirrored at the horizon; both under an environment whose lamps they reflect by themselves;
+/// and brushed metal under a light field.
 pub(crate) fn tabulated() -> &'static [Named] {
     static LOOKS: LazyLock<Vec<Named>> = LazyLock::new(|| {
         let brushed = Material::Ward(Ward::new([0.2, 0.5], [0.9, 0.7, 0.4]).unwrap());
@@ -73,11 +74,31 @@ pub(crate) fn tabulated() -> &'static [Named] {
             };
             looks.extend(materials.iter().map(look));
         }
-        // The last one blends both materials.
-        let tables = materials.each_ref().map(|(_, _, table)| table.as_ref().clone());
+        // Under the second environment once more, with its lamps beside the coefficients.
+        let [_, (_, room), _] = environments();
+        let lamps = room.separate_lamps(Stop::NEVER).unwrap().lights;
+        let lighting = analysed(&room);
+        let light = Arc::new(Light::new(room, Some(lighting)).with_lamps(lamps));
+        let look = |(name, material, table): &(&str, Material, Arc<BrdfTable>)| {
+            let look = Look::without_maps(Arc::clone(&light), material.clone(), SIZES);
+            let look = look.with_table(Some(Arc::clone(table)));
+            assert!(look.beside_table().is_some());
+            (format!("lamps {name}"), Arc::new(look))
+        };
+        looks.extend(materials.iter().map(look));
+        // Under light that differs from vertex to vertex.
+        let lights = looks[..3].iter().map(|(_, look)| look.light().lighting().clone()).collect();
+        let field =
+            LightField::new(vec![[1.5, 0.2, 0.0], [-0.4, -1.0, 0.5], [0.0, 1.0, 1.0]], lights).unwrap();
+        let near = Look::without_maps(Arc::clone(&light), materials[0].1.clone(), SIZES);
+        let near = near.with_table(Some(Arc::clone(&materials[0].2)));
+        looks.push(("near brushed".to_owned(), Arc::new(near.with_light_field(Some(Arc::new(field))))));
+        // The last one blends both materials along two parameters.
+        let [first, second] = materials.each_ref().map(|(_, _, table)| table.as_ref().clone());
         let light = Arc::clone(looks[0].1.light());
         let both = Look::without_maps(light, materials[0].1.clone(), SIZES);
-        let table = BrdfTable::joined(&tables).unwrap();
+        let tables = [first.clone(), second.clone(), second, first];
+        let table = BrdfTable::joined(&tables).unwrap().with_grid([2, 2]).unwrap();
         looks.push(("both".to_owned(), Arc::new(both.with_table(Some(Arc::new(table))))));
         looks
     });

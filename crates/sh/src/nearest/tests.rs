@@ -69,6 +69,46 @@ fn lobes_change_far_less_than_by_an_offset_or_a_window() {
     }
 }
 
+/// On a grid of eight times as many rows as the search has, and from there downhill by ever shorter steps.
+#[test]
+fn no_valley_is_missed() {
+    for degree in [2, 3, 4, 7, 12] {
+        let order = Degree::new(degree).unwrap();
+        let (grid, basis) = (LatLong::with_rows(24 * (degree + 1)), Basis::new(order));
+        let synthesis = crate::Synthesis::new(grid, order).unwrap();
+        let given = (0..6).map(|seed| noise(degree, seed)).chain([phong(10, degree), phong(64, degree)]);
+        for (case, given) in given.enumerate() {
+            let found = nearest_to(&given, Mean::Free).unwrap();
+            let pixels: Vec<[f64; 3]> = synthesis.synthesise(&found.expansion);
+            for channel in 0..3 {
+                let largest = pixels.iter().map(|pixel| pixel[channel]).fold(0.0, f64::max);
+                let mut order: Vec<usize> = (0..pixels.len()).collect();
+                order.sort_by(|a, b| pixels[*a][channel].total_cmp(&pixels[*b][channel]));
+                for &start in order.iter().step_by(9).take(80) {
+                    let mut place = grid.direction(start / grid.width, start % grid.width);
+                    let (mut least, mut step) = (pixels[start][channel], PI / grid.height as f64);
+                    while step > 1e-5 {
+                        let (u, v) = place.vector().any_orthonormal_pair();
+                        let around = (0..6).map(|k| {
+                            let (sine, cosine) = (f64::from(k) * PI / 3.0).sin_cos();
+                            let other =
+                                Direction::normalised(place.vector() + (u * cosine + v * sine) * step);
+                            (basis.evaluate(&found.expansion, other)[channel], other)
+                        });
+                        let (value, other) = around.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+                        if value < least {
+                            (least, place) = (value, other);
+                        } else {
+                            step /= 2.0;
+                        }
+                    }
+                    assert!(least >= -1e-8 * largest, "degree {degree}, {case}: {:e}", least / largest);
+                }
+            }
+        }
+    }
+}
+
 /// g is the projection of f onto the convex cone of the non-negative functions: the integral of (f - g) (h -
 /// g) is 0 or less for every h of the cone, and that of (f - g) g is 0.
 #[test]

@@ -41,6 +41,25 @@ pub trait ImageRows<T>: Sync {
         rows: Range<usize>,
         scratch: &'a mut Vec<[T; 3]>,
     ) -> &'a [[T; 3]];
+
+    /// The sums of the squares of some rows, each channel from left to right. An image that keeps them need
+    /// not read the rows again.
+    fn squares_of_rows(&self, width: usize, rows: Range<usize>, scratch: &mut Vec<[T; 3]>) -> Vec<[f64; 3]>
+    where
+        T: Precision,
+    {
+        let squares = |row: &[[T; 3]]| {
+            let mut sum = [0.0; 3];
+            for pixel in row {
+                for channel in 0..3 {
+                    let value = pixel[channel].to_f64();
+                    sum[channel] += value * value;
+                }
+            }
+            sum
+        };
+        self.read_rows(width, rows, scratch).chunks_exact(width).map(squares).collect()
+    }
 }
 
 impl<T: Precision> ImageRows<T> for &[[T; 3]] {

@@ -4,15 +4,15 @@
 pub(crate) struct Shape {
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) normals: Vec<[f32; 3]>,
-    /// A number for each vertex, with its name, `_BLEND` for instance.
-    pub(crate) attribute: Option<(&'static str, Vec<f32>)>,
+    /// Numbers for each vertex, with their names, `_BLEND` for instance.
+    pub(crate) attributes: Vec<(&'static str, Vec<f32>)>,
     /// Corners of triangles, three each.
     pub(crate) indices: Vec<u16>,
 }
 
 /// The file of a shape.
 pub(crate) fn glb(shape: &Shape) -> Vec<u8> {
-    let Shape { positions, normals, attribute, indices } = shape;
+    let Shape { positions, normals, attributes, indices } = shape;
     let count = positions.len();
     let extreme = |pick: fn(f32, f32) -> f32, start: f32| {
         let fold = |axis: usize| positions.iter().fold(start, |most, at| pick(most, at[axis]));
@@ -25,15 +25,15 @@ pub(crate) fn glb(shape: &Shape) -> Vec<u8> {
     bytes.extend(indices.iter().flat_map(|index: &u16| index.to_le_bytes()));
     let (vertices, corners) = (12 * count, indices.len());
     let mut extra = [String::new(), String::new(), String::new()];
-    if let Some((name, values)) = attribute {
+    for (index, (name, values)) in (3..).zip(attributes) {
         bytes.resize(bytes.len().next_multiple_of(4), 0);
         let offset = bytes.len();
         bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-        extra = [
-            format!(r#","{name}":3"#),
-            format!(r#",{{"buffer":0,"byteOffset":{offset},"byteLength":{},"target":34962}}"#, 4 * count),
-            format!(r#",{{"bufferView":3,"componentType":5126,"count":{count},"type":"SCALAR"}}"#),
-        ];
+        extra[0] += &format!(r#","{name}":{index}"#);
+        extra[1] +=
+            &format!(r#",{{"buffer":0,"byteOffset":{offset},"byteLength":{},"target":34962}}"#, 4 * count);
+        extra[2] +=
+            &format!(r#",{{"bufferView":{index},"componentType":5126,"count":{count},"type":"SCALAR"}}"#);
     }
     let [named, view, accessor] = extra;
     let end = bytes.len();

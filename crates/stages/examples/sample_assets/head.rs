@@ -10,7 +10,7 @@ pub(crate) fn glb_of_head() -> Vec<u8> {
     let bounds = [DVec3::new(-0.8, -1.45, -0.8), DVec3::new(0.8, 0.95, 0.8)];
     let (positions, normals, indices) = surface(head, bounds, 0.036);
     let single = |vectors: Vec<DVec3>| vectors.into_iter().map(|v| v.as_vec3().to_array()).collect();
-    glb(&Shape { positions: single(positions), normals: single(normals), attribute: None, indices })
+    glb(&Shape { positions: single(positions), normals: single(normals), attributes: Vec::new(), indices })
 }
 
 /// The head looks along +Z. Its left and right are alike.

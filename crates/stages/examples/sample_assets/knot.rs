@@ -24,7 +24,7 @@ pub(crate) fn glb_of_knot() -> Vec<u8> {
             indices.extend([a, c, b, a, d, c]);
         }
     }
-    glb(&Shape { positions, normals, attribute: None, indices })
+    glb(&Shape { positions, normals, attributes: Vec::new(), indices })
 }
 
 /// The point of the tube at a column and a row, and its normal, in the file's frame.

@@ -1,5 +1,5 @@
-//! A teapot on a plate, with a number at each vertex between 0 and 1 that varies like noise (`_BLEND`): in a
-//! binary glTF.
+//! A teapot on a plate, with two numbers at each vertex between 0 and 1 that vary like noise (`_BLEND` and
+//! `_WEAR`): in a binary glTF.
 
 use sphere::DVec3;
 
@@ -11,14 +11,13 @@ use super::solid::{ellipsoid, joined, rod, surface, union};
 pub(crate) fn glb_of_teapot() -> Vec<u8> {
     let bounds = [DVec3::new(-1.2, -0.8, -1.2), DVec3::new(1.3, 0.8, 1.2)];
     let (positions, normals, indices) = surface(teapot, bounds, 0.04);
-    let blend = positions.iter().map(|p| {
-        let noise = octaves(3.5 * p.x + 2.0 * p.z, 3.5 * p.y - 3.0 * p.z, 3);
-        // From end to end: noise is mostly about its mean.
-        ((noise - 0.5) * 3.0 + 0.5).clamp(0.0, 1.0) as f32
-    });
-    let attribute = Some(("_BLEND", blend.collect()));
+    // From end to end: noise is mostly about its mean.
+    let wide = |noise: f64| ((noise - 0.5) * 3.0 + 0.5).clamp(0.0, 1.0) as f32;
+    let blend = positions.iter().map(|p| wide(octaves(3.5 * p.x + 2.0 * p.z, 3.5 * p.y - 3.0 * p.z, 3)));
+    let wear = positions.iter().map(|p| wide(octaves(2.5 * p.x - 1.5 * p.y + 40.0, 2.5 * p.z + 20.0, 2)));
+    let attributes = vec![("_BLEND", blend.collect()), ("_WEAR", wear.collect())];
     let single = |vectors: Vec<DVec3>| vectors.into_iter().map(|v| v.as_vec3().to_array()).collect();
-    glb(&Shape { positions: single(positions), normals: single(normals), attribute, indices })
+    glb(&Shape { positions: single(positions), normals: single(normals), attributes, indices })
 }
 
 /// The spout is on the side of +X, the handle on that of -X.

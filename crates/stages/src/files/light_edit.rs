@@ -7,11 +7,12 @@
 //! If there is no material, everything that is made of the light turns with it.
 //!
 //! Stages that take such a reflection together with its environment, as reports and previews do, get the
-//! environment turned in the same way; other stages do not turn.
+//! environment turned in the same way, and so does the scale space of a compact map beside it; other stages
+//! do not turn.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use engine::{Artifact, Kind, Plan, Product, StageIndex};
+use engine::{Artifact, Kind, Plan, Product, Stage, StageIndex};
 use preview::Aim;
 use sphere::Rotation;
 
@@ -53,6 +54,17 @@ impl PreviewCatalog {
             return Err("the light is not turned".into());
         }
         let plan = self.plan();
+        let turns_reflection = |stage: &&Stage| {
+            let is_reflection = stage.product == Product::Artifact(artifacts::Reflection::TYPE);
+            stage.kind.name() == Rotate::NAME && is_reflection
+        };
+        let stages = entry.ancestry.iter().map(|item| &plan.stages[plan.items[*item].stage]);
+        if let Some(stage) = stages.into_iter().find(turns_reflection) {
+            let name = &stage.name;
+            return Err(format!(
+                "[stage.{name}] turns the reflection after its light: change its angles there"
+            ));
+        }
         let graph = LightGraph { plan, is_light_alone: entry.light_alone.is_some() };
         let light = plan.items[entry.lighting.unwrap_or(entry.environment)].stage;
         let turns = Turns::of(&graph, light);
@@ -150,8 +162,10 @@ impl Turns {
         let reflecting = turns.uses.iter().map(|(stage, _)| *stage).collect::<BTreeSet<_>>();
         let above = graph.upstream(&reflecting);
         let below = graph.downstream(&reflecting);
-        let beside =
-            graph.uses().filter(|((stage, _), _)| below.contains(stage) && !reflecting.contains(stage));
+        let scale_spaces = graph.scale_spaces_of(&below);
+        let beside = graph.uses().filter(|((stage, _), _)| {
+            (below.contains(stage) || scale_spaces.contains(stage)) && !reflecting.contains(stage)
+        });
         for (at, from) in beside.collect::<Vec<_>>() {
             if graph.origins(from).is_disjoint(&origins) {
                 continue;
@@ -242,6 +256,15 @@ impl LightGraph<'_> {
         let all = self.upstream(&BTreeSet::from([light]));
         let is_origin = |stage: &StageIndex| self.makes_light(*stage) && self.lights(*stage).next().is_none();
         all.into_iter().filter(is_origin).collect()
+    }
+
+    /// The scale spaces that some stages read.
+    fn scale_spaces_of(&self, stages: &BTreeSet<StageIndex>) -> BTreeSet<StageIndex> {
+        let inputs = stages.iter().flat_map(|stage| &self.plan.stages[*stage].inputs);
+        let makes = |stage: &StageIndex| {
+            matches!(self.plan.stages[*stage].product, Product::Artifact(artifacts::ScaleSpace::TYPE))
+        };
+        inputs.map(|(_, from)| *from).filter(makes).collect()
     }
 
     /// Adds to some stages those that they need.

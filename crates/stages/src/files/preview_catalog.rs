@@ -92,6 +92,8 @@ pub struct CatalogEntry {
     pub added: Vec<(ItemIndex, Rotation)>,
     /// The light's coefficients, before they are cut to the material's degree.
     pub lighting: Option<ItemIndex>,
+    /// The light field that lights the table in place of the environment, which is that of its first point.
+    pub light_field: Option<ItemIndex>,
     /// The item that makes the material.
     pub material: Option<ItemIndex>,
     /// The turn that the graph gives to the light before it is reflected.
@@ -121,6 +123,7 @@ impl CatalogEntry {
             environment,
             added: Vec::new(),
             lighting: None,
+            light_field: None,
             material: None,
             turn: Rotation::IDENTITY,
             sizes: MapSizes::default(),
@@ -462,7 +465,8 @@ impl Connections {
             artifacts::VertexRadiance::TYPE => {
                 // Any mesh can be shown, so its own are no part of the entry.
                 let is_part = |item: &ItemIndex| {
-                    let parts = [artifacts::BrdfTable::TYPE, artifacts::Lighting::TYPE];
+                    use artifacts::{BrdfTable, LightField, Lighting};
+                    let parts = [BrdfTable::TYPE, Lighting::TYPE, LightField::TYPE];
                     artifact(plan, *item).is_some_and(|made| parts.contains(&made))
                 };
                 single_inputs(plan, item)
@@ -519,8 +523,8 @@ impl Connections {
         exports.extend(compact_map.into_iter().flat_map(|map| self.compact_exports(plan, map)));
         exports.sort_unstable();
         exports.dedup();
-        origin.ancestry.sort_unstable();
-        let (lighting, material, ancestry) = (origin.lighting, origin.material, origin.ancestry);
+        let ancestry = origin.all();
+        let (lighting, material, light_field) = (origin.lighting, origin.material, origin.light_field);
         let mut sources = Origin::default();
         for source in [Some(environment), material].into_iter().flatten() {
             sources.follow(plan, source, Rotation::IDENTITY);
@@ -536,6 +540,7 @@ impl Connections {
             compact_map,
             added: disks,
             lighting,
+            light_field,
             material,
             turn,
             sizes,

@@ -203,6 +203,7 @@
 //! key: machines with different types do not share these items. They share later items if the pixels are
 //! equal.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use containers::{
@@ -210,7 +211,7 @@ use containers::{
     read_light_texture,
 };
 use engine::{
-    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, choice, parameters,
+    Artifact, Context, Failure, ItemFiles, Kind, OrAuto, Output, Port, Product, Steps, choice, parameters,
 };
 use envmap::{BadPixels, Coverage, Environment, Fill, Image, Layout, check_faces, stack_faces};
 use sphere::{Face, LatLong, Rotation};
@@ -218,7 +219,7 @@ use sphere::{Face, LatLong, Rotation};
 use super::bad_pixels::{BadPixelsName, repaired};
 use super::colour_space_name::ColourSpaceName;
 use super::panorama::{FillName, Shown};
-use super::source_pictures::{SourcePictures, name};
+use super::source_pictures::{Bytes, SourcePictures, name};
 use super::white_balance::{self, GreyCard, WhiteBalance};
 use crate::engines::{self, EnginePreset};
 use crate::values::{STOPS, UntilStopped, artifacts};
@@ -325,7 +326,7 @@ impl Kind for ImportEnvironment {
     fn check_source(parameters: &Parameters, context: &Context<'_>) -> Result<(), Failure> {
         let source = context.files.source()?;
         match SourcePictures::find(source, false, wanted(parameters), &context.files)? {
-            SourcePictures::One => {
+            SourcePictures::One(_) => {
                 let header = read_header(source, parameters, &context.files)?;
                 let ImageHeader { width, height, openexr_envmap, panorama, .. } = header;
                 let within = |failure: Failure| failure.context(format!("cannot import {}", name(source)));
@@ -347,8 +348,8 @@ impl Kind for ImportEnvironment {
                 check_faces(sizes)?;
                 Ok(())
             }
-            SourcePictures::Texture => {
-                let (image, layout) = read_texture(source, parameters, context)?;
+            SourcePictures::Texture(bytes) => {
+                let (image, layout) = read_texture(source, bytes, parameters, context)?;
                 let checked = layout.check(image.width(), image.height());
                 checked
                     .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(source))))
@@ -422,8 +423,9 @@ fn read_source(
     context: &Context<'_>,
 ) -> Result<(Image, Shown), Failure> {
     match SourcePictures::find(source, true, wanted(parameters), &context.files)? {
-        SourcePictures::One => {
-            let decoded = read_picture(source, parameters, context)?;
+        SourcePictures::One(bytes) => {
+            let steps = Steps::new(&context.reporter, 1);
+            let decoded = read_picture(source, bytes, parameters, context, &steps)?;
             let Decoded { image, openexr_envmap, panorama, .. } = decoded;
             let shown =
                 Shown::of(wanted(parameters), openexr_envmap, panorama, &name(source), &context.reporter);
@@ -432,7 +434,9 @@ fn read_source(
             Ok((image, shown))
         }
         SourcePictures::Faces(files, paths) => {
-            let faces = paths.iter().map(|path| Ok(read_picture(path, parameters, context)?.image));
+            let steps = Steps::new(&context.reporter, paths.len());
+            let faces =
+                paths.iter().map(|path| Ok(read_picture(path, None, parameters, context, &steps)?.image));
             let faces = faces.collect::<Result<Vec<_>, Failure>>()?;
             let faces = <[Image; Face::ALL.len()]>::try_from(faces)
                 .map_err(|faces| Failure::new(format!("a cube has six faces, not {}", faces.len())))?;
@@ -441,22 +445,24 @@ fn read_source(
             arranged.into_iter().for_each(|note| context.reporter.note(note));
             Ok((stack_faces(faces)?, Shown::whole(Layout::Cube)))
         }
-        SourcePictures::Texture => {
-            let (image, layout) = read_texture(source, parameters, context)?;
+        SourcePictures::Texture(bytes) => {
+            let (image, layout) = read_texture(source, bytes, parameters, context)?;
             Ok((image, Shown::whole(layout)))
         }
     }
 }
 
-/// The light in a texture, and its layout.
+/// The light in a texture, and its layout. `bytes` are those of its file if they were read before.
 fn read_texture(
     path: &Path,
+    bytes: Option<Bytes>,
     parameters: &Parameters,
     context: &Context<'_>,
 ) -> Result<(Image, Layout), Failure> {
     let reporter = &context.reporter;
     let within = |failure: Failure| failure.context(format!("cannot import {}", name(path)));
-    let read = read_light_texture(&context.files.read(path)?, &parameters.options());
+    let bytes = bytes.map_or_else(|| context.files.read(path), Ok)?;
+    let read = read_light_texture(&bytes, &parameters.options());
     let LightTexture { mut image, is_cube, is_for_babylon, format, levels, warnings, notes, recipe } =
         read.map_err(|error| within(error.into()))?;
     warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
@@ -506,17 +512,28 @@ fn read_header(path: &Path, parameters: &Parameters, files: &ItemFiles<'_>) -> R
         .map_err(|error| Failure::from(error).context(format!("cannot import {}", name(path))))
 }
 
-/// The image of one file; the messages of its decoder become warnings and notes.
-fn read_picture(path: &Path, parameters: &Parameters, context: &Context<'_>) -> Result<Decoded, Failure> {
+/// The image of one file, as one of the steps; the messages of its decoder become warnings and notes. `bytes`
+/// are those of the file if they were read before.
+fn read_picture(
+    path: &Path,
+    bytes: Option<Bytes>,
+    parameters: &Parameters,
+    context: &Context<'_>,
+    steps: &Steps<'_>,
+) -> Result<Decoded, Failure> {
     let reporter = &context.reporter;
     reporter.check_cancelled()?;
-    let bytes = context.files.read(path)?;
+    let bytes = bytes.map_or_else(|| context.files.read(path), Ok)?;
     let failed = |failure: Failure| match failure.cancelled {
         true => failure,
         false => failure.context(format!("cannot import {}", name(path))),
     };
     let options = parameters.options();
-    let decoded = reporter.until_stopped(|stop| read_image_until(&bytes, &options, stop)).map_err(failed)?;
+    // What is wrong with a file is reported by its decoder.
+    let blocks =
+        read_image_header(&mut Cursor::new(bytes.as_slice()), &options).map_or(0, |header| header.blocks);
+    let steps = steps.part(1, blocks);
+    let decoded = steps.until_stopped(|stop| read_image_until(&bytes, &options, stop)).map_err(failed)?;
     decoded.warnings.iter().for_each(|warning| reporter.warn(format!("{}: {warning}", name(path))));
     decoded.notes.iter().for_each(|note| reporter.note(format!("{}: {note}", name(path))));
     Ok(decoded)

@@ -12,8 +12,8 @@
 //! by its name: the stem of its file, or of several files, `"sky, gold"`. Places are in the mesh's unit, +Z
 //! up. Every lighting needs a point, and every point a lighting.
 //!
-//! `shade-vertices` and `export-gltf` take the result as their `lighting`. Between the points x_k light is
-//! blended by the squares of the inverse distances (Shepard 1968),
+//! `shade-vertices` and `export-gltf` take the result as their `lighting`, `preview` as its `light-field`.
+//! Between the points x_k light is blended by the squares of the inverse distances (Shepard 1968),
 //!
 //! > L(p) = sum over k of w_k L_k, w_k = |p - x_k|^-2 / sum over j of |p - x_j|^-2
 //!

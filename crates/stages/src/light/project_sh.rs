@@ -34,7 +34,8 @@
 //! the image, at most 255, and `convolve` takes from it the degrees that each material shows. Exports put
 //! the lights back into their maps, or write them separately (`lamps` of `export-shrm`).
 //!
-//! `lamps = "separate"` also does this for a given degree, and `lamps = "series"` never does it.
+//! With a degree or a tolerance they stay in the series, and a note says so.
+//! `lamps = "separate"` takes them out for a given degree too, and `lamps = "series"` never does it.
 //!
 //! ## Choosing a degree
 //!
@@ -206,7 +207,16 @@ impl Kind for ProjectSh {
         let environment = context.inputs.get::<artifacts::Environment>("environment")?;
         let soft;
         let (environment, lights) = match parameters.lamps() {
-            Lamps::Series => (&environment.0, Vec::new()),
+            Lamps::Series => {
+                if parameters.lamps.is_none() {
+                    let key = if parameters.tolerance.is_some() { "tolerance" } else { "degree" };
+                    reporter.note(format!(
+                        "suns and lamps are in the series, because `{key}` is set; lamps = \"separate\" keeps them \
+                         beside it, \"series\" says that this is meant"
+                    ));
+                }
+                (&environment.0, Vec::new())
+            }
             Lamps::Separate => {
                 let separated = reporter.until_stopped(|stop| environment.0.separate_lamps(stop))?;
                 soft = separated.soft;
@@ -216,7 +226,7 @@ impl Kind for ProjectSh {
         if !lights.is_empty()
             && let Some(text) = lamps_text(&lights, environment.integral().iter().sum())
         {
-            reporter.note(text);
+            reporter.note(format!("{text}, kept as lights"));
         }
         let pixels = Pixels { environment, quadrature: parameters.quadrature, reporter };
         let lighting = match (parameters.degree, parameters.tolerance) {
@@ -329,8 +339,8 @@ fn least(pixels: &Pixels<'_>, tolerance: Tolerance, reporter: &Reporter) -> Resu
     if enough.is_none() {
         reporter.warn(format!(
             "tolerance {} is missed: degree {}, the highest of this image, holds {held} of the energy; a \
-             larger image holds more; without `tolerance` and `degree` the lamps become separate lights and \
-             need no degrees",
+             larger image holds more; without `tolerance` the lamps become separate lights and need no \
+             degrees",
             tolerance.get(),
             degree.get()
         ));

@@ -1,4 +1,4 @@
-//! Turns a lighting or an environment.
+//! Turns a lighting, an environment or a reflection.
 //!
 //! ```toml
 //! [stage.turned]
@@ -17,6 +17,20 @@
 //! Coefficients are rotated exactly for all angles, degree by degree (the coefficients of each l mix among
 //! themselves). The pixels of an environment are resampled, which loses a little sharpness. If you can
 //! rotate either, rotate the lighting.
+//!
+//! A `reflection` of `convolve` turns with its light, as exactly as coefficients do [RH02, eq. 5]: it is the
+//! reflection of the turned light, lamps and parts included, and of the same degrees. So one `convolve`
+//! serves a light that turns:
+//!
+//! ```toml
+//! [stage.evening]
+//! kind = "rotate"
+//! input = "reflection"
+//! yaw = 120.0
+//! ```
+//!
+//! A reflection map that was read back (`shrm`) cannot be turned exactly, because its texels would have to be
+//! resampled: rotate what it was made from.
 
 use engine::{
     Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Port, Product, Stage, Value, parameters,
@@ -88,7 +102,7 @@ impl Parameters {
     }
 }
 
-/// The turn that a stage gives to the lighting that arrives; the identity if the stage is of another kind.
+/// The turn that a stage gives to the light that arrives; the identity if the stage is of another kind.
 pub(crate) fn turn_of(stage: &Stage) -> Rotation {
     match stage.kind.name() {
         Rotate::NAME => parameters_of(stage).rotation(),
@@ -117,7 +131,8 @@ impl Kind for Rotate {
     const TEXT: &'static str = include_str!("rotate.rs");
 
     fn ports() -> Vec<Port> {
-        vec![Port::one::<artifacts::Lighting>("lighting").or::<artifacts::Environment>()]
+        let port = Port::one::<artifacts::Lighting>("lighting");
+        vec![port.or::<artifacts::Environment>().or::<artifacts::Reflection>()]
     }
 
     /// Returns the type of the artifact that arrives.
@@ -140,6 +155,10 @@ impl Kind for Rotate {
             let environment = context.inputs.get::<artifacts::Environment>("lighting")?;
             let turned = context.reporter.until_stopped(|stop| environment.0.rotated(rotation, stop))?;
             return Output::artifact(artifacts::Environment(turned));
+        }
+        if context.inputs.type_at("lighting") == Some(artifacts::Reflection::TYPE) {
+            let reflection = context.inputs.get::<artifacts::Reflection>("lighting")?;
+            return Output::artifact(artifacts::Reflection(reflection.0.rotated(rotation)));
         }
         let lighting = context.inputs.get::<artifacts::Lighting>("lighting")?;
         Output::artifact(artifacts::Lighting(lighting.0.rotated(rotation)))

@@ -2,6 +2,7 @@
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use containers::is_light_texture;
 use engine::{Failure, ItemFiles};
@@ -10,14 +11,17 @@ use envmap::Layout;
 use super::six_faces;
 use super::six_faces::{FaceFiles, FaceName};
 
+/// The content of a file.
+pub(super) type Bytes = Arc<Vec<u8>>;
+
 /// The pictures of a source.
 pub(super) enum SourcePictures {
-    /// The source itself.
-    One,
+    /// The source itself, and its content if it was read.
+    One(Option<Bytes>),
     /// The faces of a cube, and their files.
     Faces(FaceFiles, Vec<PathBuf>),
-    /// A texture that holds light.
-    Texture,
+    /// A texture that holds light, and its content if it was read.
+    Texture(Option<Bytes>),
 }
 
 impl SourcePictures {
@@ -38,8 +42,9 @@ impl SourcePictures {
                 .help("name a file as the source, or remove layout")),
             };
         }
-        if is_texture(source, reads_whole, files)? {
-            return Ok(Self::Texture);
+        let (is_texture, bytes) = is_texture(source, reads_whole, files)?;
+        if is_texture {
+            return Ok(Self::Texture(bytes));
         }
         if layout == Some(Layout::Cube) {
             let face = FaceName::parse(&name(source)).ok_or_else(|| {
@@ -52,7 +57,7 @@ impl SourcePictures {
             let folder = source.parent().unwrap_or(Path::new(""));
             return Self::faces(folder, Some(&face), files);
         }
-        Ok(Self::One)
+        Ok(Self::One(bytes))
     }
 
     /// The six images of one set in a folder.
@@ -63,19 +68,24 @@ impl SourcePictures {
     }
 }
 
-/// Whether a file is a texture that holds light, by its content. What a check reads of it is not recorded as
-/// the whole file, which is why a run reads all of it.
-fn is_texture(path: &Path, reads_whole: bool, files: &ItemFiles<'_>) -> Result<bool, Failure> {
+/// Whether a file is a texture that holds light, by its content, which is returned if all of it was read.
+/// What a check reads of it is not recorded as the whole file, which is why a run reads all of it.
+fn is_texture(
+    path: &Path,
+    reads_whole: bool,
+    files: &ItemFiles<'_>,
+) -> Result<(bool, Option<Bytes>), Failure> {
     /// The number of bytes of the longest signature.
     const SIGNATURE: u64 = 12;
+    let whole = || files.read(path).map(|bytes| (is_light_texture(&bytes), Some(bytes)));
     if reads_whole {
-        return Ok(is_light_texture(&files.read(path)?));
+        return whole();
     }
     let mut first = Vec::new();
     files.open(path)?.take(SIGNATURE).read_to_end(&mut first)?;
     // What glTF holds is known only by the whole document.
     let is_document = first.starts_with(b"glTF") || first.trim_ascii_start().starts_with(b"{");
-    Ok(is_light_texture(&first) || is_document && is_light_texture(&files.read(path)?))
+    if is_document { whole() } else { Ok((is_light_texture(&first), None)) }
 }
 
 /// The last part of a path, for messages.

@@ -64,7 +64,7 @@
 //! none; with degrees in the manifest, with `accept` and with `error` it uses none.
 
 use brdf::{BrdfCoefficients, Material};
-use containers::tensors;
+use containers::tensors::{self, DegreeSource};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, parameters};
 use sh::{Expansion, Lighting, Stop, Stopped};
 use shrm::degrees::{BLACK_SHARE, Cut, ForLight};
@@ -154,11 +154,12 @@ impl Kind for Convolve {
         let lighting = &context.inputs.get::<artifacts::Lighting>("lighting")?.0;
         let brdf = &context.inputs.get::<artifacts::Brdf>("brdf")?.0;
         let (given, rule) = (parameters.window.fixed(), parameters.rule(&brdf.coefficients));
-        if rule.is_some() && !(brdf.for_light && brdf.material.is_some()) {
-            return Err(Failure::new(
-                "accept and error choose P, but the coefficients already have a given P",
-            )
-            .help("leave out `degree` and `tolerance` in project-brdf, or `accept` and `error` here"));
+        let for_light = brdf.degrees == DegreeSource::Light;
+        if rule.is_some() && !(for_light && brdf.material.is_some()) {
+            let own = if parameters.error.is_some() { "error" } else { "accept" };
+            let what = format!("{own} chooses P, but the coefficients already have a given P");
+            let help = format!("{}, or `{own}` here", without_degrees(brdf.degrees));
+            return Err(Failure::new(what).help(help));
         }
         let windowed = |reflection: &Reflection| match given {
             Some(window) => reflection.windowed(window),
@@ -166,7 +167,7 @@ impl Kind for Convolve {
         };
         let dark = BLACK_SHARE * lighting.mean();
         let reflection = match &brdf.material {
-            Some(material) if brdf.for_light => {
+            Some(material) if for_light => {
                 let searches = if brdf.parts.is_some() { 3 } else { 1 };
                 let steps = Steps::new(reporter, 2 * searches * shrm::degrees::STEPS);
                 let light = context.inputs.digest("lighting")?;
@@ -236,7 +237,7 @@ impl Kind for Convolve {
                 ));
                 if let Some(material) = material {
                     reporter.check_cancelled()?;
-                    warn_of_rings(&reflection, lighting, material, dark, reporter)?;
+                    warn_of_rings(&reflection, (lighting, brdf, material), dark, reporter)?;
                 }
                 reflection
             }
@@ -295,11 +296,18 @@ fn least_window(
     Ok((best.map_or_else(|| reflection.clone(), |window| reflection.windowed(window)), least))
 }
 
+/// The remedy against the degrees of project-brdf: without the parameter that the manifest has there.
+fn without_degrees(degrees: DegreeSource) -> &'static str {
+    match degrees {
+        DegreeSource::Tolerance(_) => "leave out `tolerance` in project-brdf",
+        DegreeSource::Named | DegreeSource::Light => "leave out `degree` in project-brdf",
+    }
+}
+
 /// Warns if a cut at degrees of the manifest shows, with the remedy that helps most.
 fn warn_of_rings(
     reflection: &Reflection,
-    lighting: &Lighting,
-    material: &Material,
+    (lighting, brdf, material): (&Lighting, &tensors::Brdf, &Material),
     dark: f64,
     reporter: &Reporter,
 ) -> Result<(), Failure> {
@@ -308,7 +316,7 @@ fn warn_of_rings(
     let study = reporter.until_stopped(|stop| CutStudy::of(reflection, of, dark, shows, stop))?;
     let Some(study) = study else { return Ok(()) };
     let error = study.error;
-    let mut best = ("leave out `degree` and `tolerance` in project-brdf", study.by_light);
+    let mut best = (without_degrees(brdf.degrees), study.by_light);
     for (remedy, error) in
         [("set window = \"lanczos\"", study.lanczos), ("set window = \"hanning\"", study.hanning)]
     {
@@ -316,8 +324,14 @@ fn warn_of_rings(
             best = (remedy, error);
         }
     }
-    let [f, p] = [reflection.brdf().f().get(), reflection.brdf().p().get()];
-    let mut text = format!("degree [{f}, {p}] is too low here: {}", told(&error));
+    let [f, p] = [brdf.coefficients.f().get(), brdf.coefficients.p().get()];
+    let cause = match brdf.degrees {
+        DegreeSource::Tolerance(tolerance) => {
+            format!("tolerance {tolerance} is too large here, it takes degrees [{f}, {p}]")
+        }
+        DegreeSource::Named | DegreeSource::Light => format!("degree [{f}, {p}] is too low here"),
+    };
+    let mut text = format!("{cause}: {}", told(&error));
     if score(&best.1) < HELPS * score(&error) {
         text.push_str(&format!("; {}", best.0));
         if score(&best.1) > 1.0 {

@@ -216,6 +216,7 @@ fn report_negatives(format: PictureFormat, pixels: &[[f32; 3]], reporter: &Repor
     };
     let what =
         format!("the values are negative, down to {least:.3e}, because the series is truncated: {written}");
-    let help = "leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve";
+    let help = "leave out `degree` and `tolerance` in project-brdf and project-sh, or set window = \"hanning\" \
+                in convolve";
     report_loss(reporter, negative as f64 / total as f64, &what, help);
 }

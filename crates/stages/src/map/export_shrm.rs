@@ -21,8 +21,10 @@
 //!
 //! Y_pq are real harmonics, orthonormal, without the Condon-Shortley phase, in row p*p + p + q. In a *local*
 //! map w is the view in the frame of the texel, w = R^-1 V, R = R_z(phi) R_y(theta) of the texel's own
-//! direction; most materials need few coefficients there, those without azimuth only the P + 1 with q = 0. In
-//! a *global* map [RH02, eq. 8] w is V itself: it takes more storage and less work in a shader.
+//! direction; a material that does not depend on the azimuth needs only the P + 1 coefficients with q = 0
+//! there, all others need all (P + 1)^2. Light decides how many that are: for a truncation that is not
+//! visible, the sample's copper and lacquer take 36 and 81 in its soft sky, and 289 in its studio. In a
+//! *global* map [RH02, eq. 8] w is V itself: it takes more storage and less work in a shader.
 //!
 //! ## Degree
 //!
@@ -80,11 +82,15 @@
 //!
 //! ## Lamps
 //!
-//! If `project-sh` names no degree, or has `lamps = "separate"`, suns and lamps are not cut with the rest but
-//! kept as lights; degrees of `project-brdf` alone leave them there too. With `lamps = "baked"` the map holds
-//! them: so that no cut rings into dark views, the coefficients of each texel are then fitted to its views by
-//! relative least squares, and `accept` counts the lamps. P = 4 is seldom enough for a sun: then a warning
-//! says so, and `"separate"` serves better. `most-p = 16` often is enough, but not for a roughness below 0.2.
+//! Suns and lamps are lights beside the series if `project-sh` has neither `degree` nor `tolerance`, or has
+//! `lamps = "separate"`; degrees of `project-brdf` alone leave them there too. If `project-sh` has a `degree`
+//! or a `tolerance` and no `lamps`, they are in the series, and cut with it: whatever `lamps` is here, the
+//! map rings around them, and the file has no lights. `project-sh` notes it.
+//!
+//! With `lamps = "baked"` the map holds the lights: so that no cut rings into dark views, the coefficients of
+//! each texel are then fitted to its views by relative least squares, and `accept` counts the lamps. P = 4 is
+//! seldom enough for a sun: then a warning says so, and `"separate"` serves better. `most-p = 16` often is
+//! enough, but not for a roughness below 0.2.
 //!
 //! With `lamps = "separate"` the map holds the rest alone, in fewer coefficients, and the file has the
 //! lights: in safetensors the tensor `lights` [n, 7] (f64), in KTX2 and OpenEXR `specula.lights`, a JSON
@@ -110,7 +116,8 @@
 //! ## In a shader
 //!
 //! `specula inspect FILE --shader glsl` prints the look-up of a map's file as it is: for its degree, terms,
-//! view, layout and size; `wgsl` and `hlsl` are the other languages. What follows explains it, for P = 2.
+//! view, layout and size; `wgsl`, `hlsl` and `metal` are the other languages. What follows explains it, for
+//! P = 2.
 //!
 //! ## In a shader: local maps
 //!
@@ -262,7 +269,7 @@
 //!
 //! Texel (row, column) of a face looks toward s = (column - 1/2) / n, t = (row - 1/2) / n, the border beyond
 //! the face. The frame is that of the face: its axes carried by the least rotation from its centre. With
-//! bilinear filters, clamped:
+//! bilinear filters, clamped (`specula inspect FILE.ktx2 --shader` prints it in other languages):
 //!
 //! ```glsl
 //! vec3 reflected(sampler2DArray map, sampler2DArray weights, int K, vec3 n, vec3 v) { // to the outside
@@ -387,6 +394,11 @@ impl Kind for ExportShrm {
                 ),
             };
             context.reporter.check_cancelled()?;
+            if parameters.lamps == LampsName::Separate && beside.is_empty() && part != Some(Part::Diffuse) {
+                context
+                    .reporter
+                    .note("the file has no lights: there are none beside the series of the light");
+            }
             let bytes = file(&map.0, &beside, parameters.encoding(), context)?;
             context.reporter.note(format!("{} bytes", bytes.len()));
             if bytes.len() > MOST_BYTES {

@@ -5,24 +5,21 @@
 //! ranges. All errors of a file are reported together, each with its place.
 
 use std::io::Read as _;
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use brdf::{
-    Absent, BaseColorTexture, MODELS, Material, ModelText, Parameter, ParameterError, Value, ValueType,
-    Values,
-};
-use containers::measured::{self, MeasuredFormat, Reading};
+use brdf::{Absent, BaseColorTexture, MODELS, Material, ModelText, Parameter, Value, ValueType, Values};
+use containers::measured::{self, CURET_FILES, MeasuredFormat, Reading};
 use containers::{
     MaterialChoice, MaterialxMaterial, check_gltf_material, read_gltf_material, read_materialx_material,
 };
 use engine::{
-    Diagnostic, Diagnostics, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml,
-    ValueKind, nearest, unexpected, unknown_keys,
+    Diagnostic, Document, Entry, Failure, OpenFile, Parameter as _, Table, Value as Toml, ValueKind, nearest,
+    unknown_keys,
 };
 
 use super::found_material::MaterialFile;
+use super::material_messages::{failure, failure_of, is_not, looks_like, place, with_nearest};
 use super::materialx_file::is_materialx_file;
 use super::presets::{self, Preset};
 use crate::values::ChosenMaterial;
@@ -164,20 +161,6 @@ pub fn is_gltf_file(name: &str) -> bool {
     ["gltf", "glb"].iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// All errors of a file, each on its own line.
-fn failure(errors: &Diagnostics) -> Failure {
-    let mut chain = vec![format!("{}: {} errors", errors.file, errors.errors.len())];
-    if errors.errors.len() == 1 {
-        chain.clear();
-    }
-    chain.extend(errors.to_string().lines().map(str::to_owned));
-    failure_of(chain)
-}
-
-fn failure_of(chain: Vec<String>) -> Failure {
-    Failure { chain, help: None, cancelled: false, system_error: false }
-}
-
 /// The extensions of measured files, with their formats.
 pub(crate) fn endings() -> String {
     MeasuredFormat::ALL.map(|format| format!(".{} ({})", format.ending(), format.name())).join(", ")
@@ -186,20 +169,6 @@ pub(crate) fn endings() -> String {
 /// Every name that `model` may have.
 fn names() -> impl Iterator<Item = &'static str> {
     MODELS.iter().map(|model| model.name).chain([MEASURED, GLTF, MATERIALX, LAYERS])
-}
-
-/// The expected form of a value, for messages and the manual.
-pub(crate) fn looks_like(value_type: &ValueType) -> String {
-    match value_type {
-        ValueType::Number(range) => range.words.to_owned(),
-        ValueType::Colour(range) => {
-            format!("a colour: [red, green, blue] or one number for a grey, each {}", range.words)
-        }
-        ValueType::Records(parameters) => {
-            let names: Vec<_> = parameters.iter().map(|parameter| parameter.name).collect();
-            format!("an array of tables {{ {} }}", names.join(", "))
-        }
-    }
 }
 
 struct MaterialReader<'a> {
@@ -427,15 +396,17 @@ impl MaterialReader<'_> {
         }
     }
 
-    /// Reads `file`, `format` and `scale`.
+    /// Reads `file`, `format`, `sample` and `scale`.
     fn measured(&mut self, table: &Table) -> Option<Material> {
         let before = self.errors.len();
-        unknown_keys(table, &["file", "format", "scale"].map(str::to_owned), &mut self.errors);
+        let keys = ["file", "format", "sample", "scale"];
+        unknown_keys(table, &keys.map(str::to_owned), &mut self.errors);
         let scale = match table.get("scale") {
             Some(entry) => self.colour(&brdf::WEIGHT, &entry.value, "scale"),
             None => Some([1.0; 3]),
         };
         let format = table.get("format").and_then(|entry| self.format(&entry.value));
+        let sample = table.get("sample").and_then(|entry| self.sample(&entry.value, format));
         let Some(entry) = table.get("file") else {
             let error = Diagnostic::at(table.span.clone(), "\"file\" is missing");
             self.errors
@@ -446,7 +417,8 @@ impl MaterialReader<'_> {
             Ok(file) => file,
             Err(error) => return self.refuse(error, "file"),
         };
-        if format.is_none() && table.get("format").is_none() && !is_measured_file(&file) {
+        let says_format = ["format", "sample"].iter().any(|key| table.get(key).is_some());
+        if !says_format && !is_measured_file(&file) {
             let error = Diagnostic::at(
                 entry.value.span.clone(),
                 format!("{file:?} does not have the extension of a measured BRDF"),
@@ -458,7 +430,7 @@ impl MaterialReader<'_> {
         if self.errors.len() > before {
             return None;
         }
-        let scaled = match self.table(&file, entry, format)? {
+        let scaled = match self.table(&file, entry, format, sample)? {
             Material::Measured(measured) => measured.scaled(scale?).map(Material::Measured),
             Material::MeasuredAnisotropic(measured) => {
                 measured.scaled(scale?).map(Material::MeasuredAnisotropic)
@@ -526,12 +498,32 @@ impl MaterialReader<'_> {
         }
     }
 
-    /// The content of a measured file.
-    fn table(&mut self, file: &str, entry: &Entry, format: Option<MeasuredFormat>) -> Option<Material> {
-        let read = match self.access {
-            Access::Whole(read) => read(Path::new(file))
+    /// The content of a measured file, or a sample of the files in a folder.
+    fn table(
+        &mut self,
+        file: &str,
+        entry: &Entry,
+        format: Option<MeasuredFormat>,
+        sample: Option<usize>,
+    ) -> Option<Material> {
+        let read = match (self.access, sample) {
+            (Access::Whole(read), Some(sample)) => published(file, &|path| read(path)).and_then(|files| {
+                Ok(Some(measured::read_curet(files.each_ref().map(|file| &file[..]), sample)?))
+            }),
+            (Access::Headers(open), Some(sample)) => {
+                let read = |path: &Path| {
+                    let mut bytes = Vec::new();
+                    open(path)?.take(MOST_PUBLISHED).read_to_end(&mut bytes)?;
+                    Ok(Arc::new(bytes))
+                };
+                published(file, &read).and_then(|files| {
+                    measured::check_curet(files.each_ref().map(|file| &file[..]), sample)?;
+                    Ok(None)
+                })
+            }
+            (Access::Whole(read), None) => read(Path::new(file))
                 .and_then(|bytes| Ok(Some(measured::read_with_notes(file, &bytes, format)?))),
-            Access::Headers(open) => open(Path::new(file))
+            (Access::Headers(open), None) => open(Path::new(file))
                 .and_then(|mut opened| Ok(measured::check(file, &mut opened, format).map(|()| None)?)),
         };
         match read {
@@ -547,6 +539,18 @@ impl MaterialReader<'_> {
         }
     }
 
+    /// The number of a sample of CURET.
+    fn sample(&mut self, value: &Toml, format: Option<MeasuredFormat>) -> Option<usize> {
+        if !matches!(format, None | Some(MeasuredFormat::Curet)) {
+            let error = Diagnostic::at(value.span.clone(), "only format = \"curet\" has samples");
+            return self.refuse(error, "sample");
+        }
+        match usize::parse(value) {
+            Ok(sample) => Some(sample),
+            Err(_) => self.refuse(is_not(value, "the number of a sample, from 1 on"), "sample"),
+        }
+    }
+
     fn format(&mut self, value: &Toml) -> Option<MeasuredFormat> {
         let names = || MeasuredFormat::ALL.iter().map(|format| format.name());
         let expected = names().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
@@ -555,6 +559,15 @@ impl MaterialReader<'_> {
         let named = MeasuredFormat::ALL.into_iter().find(|format| format.name() == word);
         named.or_else(|| self.refuse(with_nearest(error, word, names()), "format"))
     }
+}
+
+/// What is read of a file of CURET: the largest has 100 kB.
+const MOST_PUBLISHED: u64 = 1 << 20;
+
+/// The files that CURET publishes, in a folder.
+fn published(folder: &str, read: &ReadFile<'_>) -> Result<[Arc<Vec<u8>>; 4], Failure> {
+    let [table, red, green, blue] = CURET_FILES.map(|name| read(&Path::new(folder).join(name)));
+    Ok([table?, red?, green?, blue?])
 }
 
 /// The material in place of one in another file whose header was checked.
@@ -569,30 +582,4 @@ fn is_required(parameter: &Parameter, table: &Table) -> bool {
         Absent::RequiredUnless(others) => others.iter().any(|other| table.get(other).is_none()),
         Absent::Optional | Absent::Default(_) => false,
     }
-}
-
-/// The error of a value of the wrong form. These messages are single lines, so `expected` would only repeat
-/// them.
-fn is_not(value: &Toml, expected: &str) -> Diagnostic {
-    Diagnostic { expected: None, ..unexpected(value, expected) }
-}
-
-fn with_nearest<'a>(error: Diagnostic, name: &str, names: impl Iterator<Item = &'a str>) -> Diagnostic {
-    match nearest(&name.to_lowercase(), names) {
-        Some(near) => error.help(format!("did you mean {near:?}?")),
-        None => error,
-    }
-}
-
-/// The place of a parameter that the kernel rejects: its value, or the table in which it is missing.
-fn place(error: &ParameterError, table: &Table) -> Range<usize> {
-    let record = error.record.and_then(|(records, index)| match &table.get(records)?.value.kind {
-        ValueKind::Array(items) => match &items.get(index)?.kind {
-            ValueKind::Table(table) => Some(table),
-            _ => None,
-        },
-        _ => None,
-    });
-    let table = record.unwrap_or(table);
-    table.get(error.parameter).map_or(table.span.clone(), |entry| entry.value.span.clone())
 }

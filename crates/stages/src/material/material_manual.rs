@@ -2,7 +2,7 @@
 
 use brdf::{Absent, MODELS, ModelText, Parameter, ValueType};
 
-use super::material_file::looks_like;
+use super::material_messages::looks_like;
 use super::material_schema::capital;
 use super::presets::PRESETS;
 

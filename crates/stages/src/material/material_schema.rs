@@ -102,12 +102,17 @@ fn measured() -> Value {
     let mut scale = colour(&brdf::WEIGHT);
     scale["description"] = "The factor for the table: a colour.".into();
     scale["default"] = 1.into();
-    let file = format!("The measured file, from this file's folder: {}.", endings());
+    let file = format!(
+        "The measured file, from this file's folder: {}. With a sample the folder of CURET's files.",
+        endings()
+    );
+    let sample = "The number of a sample of the CURET database.";
     let format = "The format of the file. Default: by the file's extension.";
     let properties = [
         ("model", json!({ "const": MEASURED, "description": summary })),
         ("file", json!({ "type": "string", "description": file })),
         ("format", json!({ "type": "string", "enum": names, "description": format })),
+        ("sample", json!({ "type": "integer", "minimum": 1, "description": sample })),
         ("scale", scale),
     ];
     let properties = properties.map(|(name, schema)| (name.to_owned(), schema));

@@ -45,6 +45,7 @@
 //! | microfacet, sigma 0.2 | 11 | 2 |
 //! | microfacet, sigma 0.5 | 4 | 2 |
 //! | kajiya-kay, exponent 32 | 9 | 8 |
+//! | lafortune, the skin of `examples/skin` | 10 | 4 |
 //!
 //! A tolerance below 0.001 resolves the edge at the horizon, and needs a high F and a high P. So do models
 //! that reflect most toward grazing views (ggx, torrance-sparrow and ward with low roughness): most of
@@ -97,7 +98,7 @@ use brdf::{
     BrdfCoefficients, Choice, Lambert, MOST_UNKNOWNS, Material, NearestBrdfError, Part, Projection,
     ProjectionError, nearest_non_negative, project, unknowns,
 };
-use containers::tensors::Brdf;
+use containers::tensors::{Brdf, DegreeSource};
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, Steps, choice, parameters};
 use sh::{Stop, Tolerance};
 
@@ -173,7 +174,7 @@ impl Kind for ProjectBrdf {
     type Parameters = Parameters;
 
     const NAME: &'static str = "project-brdf";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[
         brdf::revisions::MODELS,
         brdf::revisions::PROJECTION,
@@ -223,10 +224,12 @@ impl Kind for ProjectBrdf {
                 Material::Lambert(Lambert::new([0.0; 3])?)
             }
         };
-        let choice = match (parameters.degree, parameters.tolerance) {
-            (Some(DegreePair { f, p }), _) => Choice::Degree { f, p },
-            (None, Some(tolerance)) => Choice::Tolerance(Tolerance::new(tolerance)?),
-            (None, None) => Choice::Full,
+        let (choice, degrees) = match (parameters.degree, parameters.tolerance) {
+            (Some(DegreePair { f, p }), _) => (Choice::Degree { f, p }, DegreeSource::Named),
+            (None, Some(tolerance)) => {
+                (Choice::Tolerance(Tolerance::new(tolerance)?), DegreeSource::Tolerance(tolerance))
+            }
+            (None, None) => (Choice::Full, DegreeSource::Light),
         };
         // How far a search for degrees is, nobody knows.
         let total = choice.steps().unwrap_or(usize::MAX / 2);
@@ -253,8 +256,8 @@ impl Kind for ProjectBrdf {
         {
             reporter.warn(format!(
                 "tolerance {tolerance} is missed: the highest degrees hold {} of the energy instead of {}, \
-                 and most of the rest is at grazing views; leave out `degree` and `tolerance`, so that \
-                 `convolve` chooses degrees for each light",
+                 and most of the rest is at grazing views; leave out `tolerance`, so that `convolve` chooses \
+                 degrees for each light",
                 share(projection.captured),
                 share(1.0 - tolerance)
             ));
@@ -280,12 +283,7 @@ impl Kind for ProjectBrdf {
                 *specular = nearest("of the specular part", specular)?;
             }
         }
-        Output::artifact(artifacts::Brdf(Brdf {
-            coefficients,
-            material: Some(material),
-            for_light: choice == Choice::Full,
-            parts,
-        }))
+        Output::artifact(artifacts::Brdf(Brdf { coefficients, material: Some(material), degrees, parts }))
     }
 }
 

@@ -128,7 +128,8 @@ impl Kind for ContactSheet {
             Some(lighting) => {
                 facts.push(format!("lighting of degree {}", lighting.0.series.degree().get()));
                 let soft = lighting.0.series.get(0, 0).iter().sum::<f64>() * (4.0 * PI).sqrt();
-                facts.extend(lamps_text(&lighting.0.lights, soft));
+                let lamps = lamps_text(&lighting.0.lights, soft);
+                facts.extend(lamps.map(|lamps| format!("{lamps}, kept as lights")));
                 Some(harmonics(parameters, environment, &lighting.0, reporter)?)
             }
             None => None,

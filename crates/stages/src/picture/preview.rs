@@ -38,7 +38,7 @@
 //! | `irradiance` | nine coefficients of the light, for a white matte surface |
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel; needs `material` |
-//! | `table` | a BRDF table at every vertex, interpolated over the triangles; needs `table` (`tabulate-brdf`) |
+//! | `table` | a BRDF table at every pixel, under the light at the vertices; needs `table` (`tabulate-brdf`) |
 //! | `transfer` | the same with the shadows of the mesh on itself; also needs `transfer` (`precompute-transfer`) of the `mesh` |
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not block, with traced shadows; needs `material` |
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
@@ -48,15 +48,29 @@
 //! connect the mesh of the same file. The maps are those of the texture's mean; each sample changes their
 //! radiance by its own base colour.
 //!
-//! If a table has several materials, `blend`, a number at each vertex of the `mesh` (`vertex-blend`),
-//! blends between them. The first five modes need `reflection`. `table` and `transfer` use the light's
+//! If a table has several materials, `blend`, a number at each vertex of the `mesh` (`vertex-blend`), or
+//! two, blends between them. The first five modes need `reflection`. `table` and `transfer` use the light's
 //! coefficients up to the degree of the table or the transfer, at most 30; their references are
 //! `brute-force` and `shadowed-brute-force`. The back of a surface is black in both.
+//!
+//! Suns and lamps that are separate from the coefficients, those of `reflection` or of lighting without an
+//! environment, are reflected by the `material` itself in these two modes, as sharp as they are; in
+//! `transfer` with at least 16 rays toward each, which the mesh may block. Connect `material` for that, or a
+//! `reflection` that keeps it. A table of several materials has the lamps in the coefficients.
+//!
+//! `light-field` (a stage of that kind) lights the mesh in `table` and `transfer` in place of the
+//! environment: each vertex has the light of its own place. The field turns with the light, about the
+//! origin. The background and the other modes show the environment, so their difference from these two is
+//! no error.
 //!
 //! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
 //! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients
 //! of `reflection`, or those of `material` to degree 19. The surface of the lobe leans back from the camera
 //! by 30 degrees, regardless of the mesh. This mode is not compared with others.
+//!
+//! The points that directions are made from fill the unit square evenly. With `points = "random"` they are
+//! independent, in the diagram as well as in brute force, where each sample of a pixel has its own: that
+//! shows how much noise even points save.
 //!
 //! Separate suns and lamps (see `project-sh`) are not in the local and the global SHRM: the material of the
 //! reflection adds each of them at every sample, as an engine can do with files of `export-shrm` with
@@ -108,7 +122,7 @@ use std::ops::RangeInclusive;
 use containers::{write_apng, write_png};
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
 use envmap::ToneMap;
-use preview::{Camera, MapSizes, Mode, Scene, Shot, Show};
+use preview::{Camera, MapSizes, Mode, PointSet, Scene, Shot, Show};
 use sphere::Rotation;
 
 use super::sheet::described;
@@ -142,9 +156,9 @@ choice! {
         Mirror,
         /// The sum of all light, by many samples.
         BruteForce,
-        /// A BRDF table at every vertex.
+        /// A BRDF table, looked up at every pixel.
         Table,
-        /// A BRDF table at every vertex, with the shadows of the mesh on itself.
+        /// A BRDF table, with the shadows of the mesh on itself.
         Transfer,
         /// The sum of all light that the mesh does not hide, with traced shadows.
         ShadowedBruteForce,
@@ -152,6 +166,16 @@ choice! {
         Samples,
         /// The taps of the material into the scale space of the light.
         Taps,
+    }
+}
+
+choice! {
+    /// The points of the unit square that samples are made from.
+    pub(crate) enum PointsName: PointSet {
+        /// Points that fill the square evenly.
+        Even = "even",
+        /// Independent points.
+        Random = "random",
     }
 }
 
@@ -231,6 +255,8 @@ parameters! {
         /// Samples of light at each sample of a pixel in brute-force.
         #[range(1..=65536)]
         light_samples: usize = 64,
+        /// The points that light samples and the diagram of `samples` are made from; see Modes.
+        points: PointsName = PointsName(PointSet::Even),
         /// The number of pictures in one full turn.
         #[range(1..=360)]
         frames: usize = 1,
@@ -302,7 +328,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -325,6 +351,7 @@ impl Kind for Preview {
             Port::one::<artifacts::BrdfTable>("table").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
             Port::one::<artifacts::VertexBlend>("blend").optional(),
+            Port::one::<artifacts::LightField>("light-field").optional(),
             Port::one::<artifacts::ScaleSpace>("scale-space").optional(),
             Port::one::<artifacts::Taps>("taps").optional(),
         ]
@@ -446,6 +473,7 @@ fn shot(parameters: &Parameters, scene: &Scene, exposure: f64, turned: f64) -> S
         exposure,
         tone: parameters.curve.0,
         light_samples: parameters.light_samples as u32,
+        points: parameters.points.0,
     }
 }
 

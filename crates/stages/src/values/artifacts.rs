@@ -15,7 +15,7 @@
 //! | `taps` | [`taps::TapTable`], [`brdf::Material`] | safetensors: `taps` [65, J, 5] and `normals` [65, K, 4] f64; the material as above |
 //! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f16, or another form |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
-//! | `vertex-blend` | a number from 0 to 1 for each vertex and their mesh's digest | safetensors: `blend` \[V\] f32 |
+//! | `vertex-blend` | one number from 0 to 1 for each vertex, or two, and their mesh's digest | safetensors: `blend` \[V\] or \[V, 2\] f32 |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] and, with materials, `ranges` [R, 2] u32 |
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
@@ -118,7 +118,8 @@ pub struct Brdf(pub tensors::Brdf);
 impl From<brdf::BrdfCoefficients> for Brdf {
     /// Coefficients of fixed degrees, of a material that is not known.
     fn from(coefficients: brdf::BrdfCoefficients) -> Self {
-        Self(tensors::Brdf { coefficients, material: None, for_light: false, parts: None })
+        let degrees = tensors::DegreeSource::Named;
+        Self(tensors::Brdf { coefficients, material: None, degrees, parts: None })
     }
 }
 
@@ -278,9 +279,10 @@ impl Artifact for VertexRadiance {
     }
 }
 
-/// A number for each vertex of a mesh, from 0, the first material of a table, to 1, the last.
+/// Two numbers for each vertex of a mesh, from 0, the first material of a table, to 1, the last: one along
+/// each parameter of the table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct VertexBlend(pub tensors::OfMesh<Vec<f32>>);
+pub struct VertexBlend(pub tensors::OfMesh<Vec<[f32; 2]>>);
 
 impl Artifact for VertexBlend {
     const TYPE: &'static str = "vertex-blend";

@@ -3,13 +3,13 @@
 use engine::Reporter;
 use sh::Light;
 
-/// The share of the light above which a loss is a warning.
-const LOSS: f64 = 0.01;
+/// The share of a whole above which a loss is a warning.
+pub const WARNED_LOSS: f64 = 0.01;
 
 /// Notes the share of something that a result loses: `0.4 % of ` and then `what`, such as `the vertices are
-/// below zero`. If the share is above 1 %, this is a warning, which ends with `help`.
+/// below zero`. If the share is above [`WARNED_LOSS`], this is a warning, which ends with `help`.
 pub fn report_loss(reporter: &Reporter, lost: f64, what: &str, help: &str) {
-    if lost > LOSS {
+    if lost > WARNED_LOSS {
         reporter.warn(format!("{} of {what}; {help}", about(lost)));
     } else {
         reporter.note(format!("{} of {what}", about(lost)));
@@ -43,8 +43,8 @@ pub(crate) fn percent(part: f64) -> String {
     format!("{percent:.decimals$} %")
 }
 
-/// `2 lamps hold 75.1 % of the light, kept as lights`; `rest` is the integral of what is not theirs, over
-/// the sphere and all channels.
+/// `2 lamps hold 75.1 % of the light`; `rest` is the integral of what is not theirs, over the sphere and all
+/// channels. `None` if there are no lamps.
 pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
     let flux: f64 = lights.iter().flat_map(Light::flux).sum();
     let count = match lights.len() {
@@ -52,7 +52,7 @@ pub(crate) fn lamps_text(lights: &[Light], rest: f64) -> Option<String> {
         1 => "1 lamp holds".to_owned(),
         count => format!("{count} lamps hold"),
     };
-    Some(format!("{count} {} of the light, kept as lights", share(flux / (flux + rest))))
+    Some(format!("{count} {} of the light", share(flux / (flux + rest))))
 }
 
 #[cfg(test)]

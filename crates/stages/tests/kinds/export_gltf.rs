@@ -7,7 +7,7 @@ use sh::{Basis, Degree, Expansion};
 use sphere::{DVec3, Direction};
 use stages::artifacts::{BrdfTable, LightField, Lighting, Material, Mesh, Transfer, VertexRadiance};
 
-use crate::fixture::{Case, case, difference, environment, lambert, sky, sky_lighting};
+use crate::fixture::{Case, case, difference, environment, lambert, phong, sky, sky_lighting};
 use crate::import_mesh::{square, square_files};
 use crate::vertices::{pit, shaded};
 
@@ -294,6 +294,87 @@ fn matte_transfer_relights_as_shade_vertices_does() {
             read.json["meshes"][0]["extras"]["basis"].as_str().unwrap().contains("(z, x, y) of this file")
         );
     }
+}
+
+/// The vectors of a fixed view and a light, or the light in the frames and c_i of the table, are what
+/// `shade-vertices` has.
+#[test]
+fn what_is_fixed_shades_as_shade_vertices_does() {
+    let (light, brushed) = (sky_lighting(), crate::brdf_table::brushed());
+    let table = |material: Material| {
+        let table = case("tabulate-brdf", "resolution = 16").input("material", material);
+        (*table.artifact::<BrdfTable>()).clone()
+    };
+    for (table, transfer) in [
+        (table(Material(phong(8.0))), None),
+        (table(brushed.clone()), None),
+        (table(brushed), Some(baked(""))),
+        (table(Material(lambert(0.8))), Some(baked(""))),
+    ] {
+        let with = |kind, parameters: &str| {
+            let case = case(kind, parameters).input("mesh", pit()).input("table", table.clone());
+            match &transfer {
+                Some(transfer) => case.input("transfer", transfer.clone()),
+                None => case,
+            }
+        };
+        for viewer in ["camera = [-3, 1, 2]", "view = [1, 1, 1]", ""] {
+            let expected = with("shade-vertices", viewer).input("lighting", light.clone());
+            let expected = expected.artifact::<VertexRadiance>().0.value.clone();
+            let (read, _) = read(&with("export-gltf", viewer));
+            let prefixes = match table.0.channels() {
+                1 => [""; 3],
+                _ => ["_RED", "_GREEN", "_BLUE"],
+            };
+            let channels = prefixes.map(|prefix| read.transfer(prefix));
+            let found: Vec<[f32; 3]> = (0..9)
+                .map(|vertex| [0, 1, 2].map(|k| relit(&channels[k][vertex], &light.0.series, k)))
+                .collect();
+            assert!(difference(&found, &expected) < 2e-6, "{viewer}: {found:?} {expected:?}");
+        }
+        // The other way round: the light in the frame of the vertex, and c_i at the view there.
+        let camera = DVec3::new(-3.0, 1.0, 2.0);
+        let expected = with("shade-vertices", "camera = [-3, 1, 2]").input("lighting", light.clone());
+        let expected = expected.artifact::<VertexRadiance>().0.value.clone();
+        let case = export("light-frame = \"vertex\"").input("lighting", light.clone());
+        let (read, _) = read(&match &transfer {
+            Some(transfer) => case.input("transfer", transfer.clone()),
+            None => case,
+        });
+        let degree = if transfer.is_some() { 4 } else { 2 };
+        let mesh = pit().0;
+        for (vertex, local) in read.light(degree).iter().enumerate() {
+            let at = |values: &[[f32; 3]]| DVec3::from_array(values[vertex].map(f64::from));
+            let (place, normal) = (at(mesh.positions()), at(mesh.normals()));
+            let [x, y, z, _] = mesh.tangents()[vertex].map(f64::from);
+            let tangent = DVec3::new(x, y, z);
+            let view = (camera - place).normalize();
+            let view = DVec3::new(view.dot(tangent), view.dot(normal.cross(tangent)), view.dot(normal));
+            let mut c = vec![0.0; table.0.texel()];
+            table.0.lookup_into(0, Direction::normalised(view), &mut c);
+            let found: [f32; 3] = std::array::from_fn(|k| {
+                let rows = local.coefficients().iter().enumerate();
+                let channels = table.0.channels();
+                rows.map(|(row, rgb)| c[row * channels + k.min(channels - 1)] * rgb[k] as f32).sum()
+            });
+            for (found, expected) in found.iter().zip(expected[vertex]) {
+                assert!((found - expected).abs() < 2e-6, "{vertex}: {found} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_fixed_view_needs_is_told() {
+    let table = case("tabulate-brdf", "resolution = 8").input("material", Material(lambert(0.8)));
+    let table = (*table.artifact::<BrdfTable>()).clone();
+    let matte = export("").input("table", table.clone()).input("transfer", baked("form = \"matte\""));
+    assert!(matte.failure().contains("a matte transfer has no matrices, which the table needs"));
+    assert_eq!(export("view = [1, 0, 0]").input_errors(), ["view: only an input `table` uses it"]);
+    let errors = export("light-frame = \"vertex\"").input_errors();
+    assert_eq!(errors, ["light-frame: only an input `lighting` uses it"]);
+    let both = export("view = [1, 0, 0]\ncamera = [1, 0, 0]").input("table", table);
+    assert_eq!(both.errors(), ["camera: view already sets the viewer"]);
 }
 
 #[test]

@@ -117,7 +117,7 @@ fn negative_ringing_is_counted_and_kept_if_the_format_can() {
     let [warning] = ran.warnings.as_slice() else { panic!("{:?}", ran.warnings) };
     assert!(warning.contains(" % of the values are negative, down to -"), "{warning}");
     assert!(warning.ends_with(
-        "; leave out `degree` in project-brdf and project-sh, or set window = \"hanning\" in convolve"
+        "; leave out `degree` and `tolerance` in project-brdf and project-sh, or set window = \"hanning\" in convolve"
     ));
     assert!(pixels(&ringing("resolution = 16").files()[0]).2.iter().flatten().any(|value| *value < 0.0));
     for format in ["rgbe", "png"] {

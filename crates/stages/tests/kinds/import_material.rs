@@ -407,6 +407,47 @@ fn errors_of_measured_files_say_what_and_where() {
     assert!(failure.contains("broken.brdf"), "{failure}");
 }
 
+/// The files of CURET are beside the material file, in a folder; each is read, so that an edit reruns the
+/// item.
+#[test]
+fn a_sample_of_the_files_that_curet_publishes() {
+    let table: String = (1..=205)
+        .map(|i| {
+            let i = f64::from(i);
+            let (theta_v, theta_i) = ((i * 0.754_877).fract() * 1.4, (i * 0.569_840).fract() * 1.4);
+            format!("{i}  {theta_v} {}  {theta_i} 0.5\r\n", i * 2.399_963)
+        })
+        .collect();
+    let values = |value: &str| format!("6 {}\n7 {}\n", " 9".repeat(205), format!(" {value}").repeat(205));
+    let felt = |text: &str| {
+        import(text)
+            .file("materials/curet/table.txt", table.as_str())
+            .file("materials/curet/rbrdf.dat", values("0.2"))
+            .file("materials/curet/gbrdf.dat", values("0.1"))
+            .file("materials/curet/bbrdf.dat", values("0.05"))
+    };
+    let text = "model = \"measured\"\nfile = \"curet\"\nsample = 7\nscale = 2";
+    let ran = felt(text).run().unwrap();
+    assert_eq!(ran.reads.len(), 5, "{:?}", ran.reads);
+    assert!(ran.notes[0].starts_with("curet: 205 measurements were fitted"), "{:?}", ran.notes);
+    let material = ran.artifact::<Material>();
+    let up = sphere::Direction::Z;
+    for (found, expected) in material.0.rho_hat(up, up).into_iter().zip([0.4, 0.2, 0.1]) {
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+    }
+    assert_eq!(felt(text).check(), None);
+    for (key, expected) in [
+        ("sample = 8", "gold.toml:2:8: file: curet: rbrdf.dat: there is no sample 8; the last is 7"),
+        ("sample = -1", "gold.toml:3:10: sample: -1 is not the number of a sample, from 1 on"),
+        ("sample = 7\nformat = \"merl\"", "gold.toml:3:10: sample: only format = \"curet\" has samples"),
+    ] {
+        let failure = felt(&format!("model = \"measured\"\nfile = \"curet\"\n{key}")).failure();
+        assert!(failure.starts_with(expected), "{failure}");
+    }
+    let gone = import("model = \"measured\"\nfile = \"curet\"\nsample = 7").failure();
+    assert!(gone.starts_with("gold.toml:2:8: file: cannot read /memory/materials/curet/table.txt"), "{gone}");
+}
+
 #[test]
 fn all_errors_are_reported_each_with_its_place() {
     let failure = import("model = \"phong\"\nexponant = 4\nspecular = [1, 2]\n").run().err().unwrap();

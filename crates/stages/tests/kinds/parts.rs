@@ -1,5 +1,6 @@
 //! Materials with two centres: a map for each part, which a renderer adds.
 
+use containers::tensors::DegreeSource;
 use shrm::frame;
 use sphere::{Direction, LatLong};
 use stages::artifacts::{Brdf, Material, Reflection};
@@ -7,7 +8,7 @@ use stages::artifacts::{Brdf, Material, Reflection};
 use crate::fixture::{Case, Ran, case, environment, lambert, phong, pixels, sky, sky_lighting};
 
 /// Both parts look the same from every view, so that their maps lose nothing.
-fn lacquer() -> brdf::Material {
+pub(crate) fn lacquer() -> brdf::Material {
     brdf::Material::layers(vec![lambert(0.6), phong(12.0)]).unwrap()
 }
 
@@ -160,7 +161,7 @@ fn the_nearest_non_negative_function_is_found_for_each_part() {
     };
     let (_, plain) = run("degree = [4, 2]");
     let (notes, brdf) = run("degree = [4, 2]\nnon-negative = \"nearest\"");
-    assert!(!brdf.for_light);
+    assert_eq!(brdf.degrees, DegreeSource::Named);
     let ([diffuse, specular], [plain_diffuse, _]) = (brdf.parts.unwrap(), plain.parts.unwrap());
     for (before, after) in [(&plain.coefficients, &brdf.coefficients), (&plain_diffuse, &diffuse)] {
         assert_ne!(before, after);

@@ -6,8 +6,8 @@ use brdf::Choice;
 use sh::{Degree, Stop};
 use sphere::{DVec3, Rotation};
 use stages::artifacts::{
-    BrdfTable, Environment, Lighting, Material, Mesh, Reflection, ScaleSpace, Shrm, Taps, Transfer,
-    VertexBlend,
+    BrdfTable, Environment, LightField, Lighting, Material, Mesh, Reflection, ScaleSpace, Shrm, Taps,
+    Transfer, VertexBlend,
 };
 
 use crate::fixture::{Case, case, environment, sky, sky_lighting};
@@ -352,6 +352,38 @@ fn brushed_metal_shows_its_streak_by_taps() {
     assert!(with < 0.4 && without > 2.0 * with, "{with} {without}");
 }
 
+/// At each point of a field, and far from all, the light is known: a single point draws what the distant
+/// light does, and two points of the same light as well.
+#[test]
+fn a_light_field_lights_a_table() {
+    let table = case("tabulate-brdf", "degree = 2\nresolution = 16");
+    let table = (*table.input("material", Material(microfacet(0.5))).artifact::<BrdfTable>()).clone();
+    let series = sky_lighting().0.whole();
+    let drawn = |points: Vec<[f64; 3]>, dim: f64, modes: &str| {
+        let dimmed = |k: usize| {
+            let rows = series.coefficients().iter().map(|rgb| rgb.map(|value| value * dim.powi(k as i32)));
+            sh::Expansion::from_coefficients(series.degree(), rows.collect()).unwrap()
+        };
+        let lights = (0..points.len()).map(dimmed).collect();
+        let field = LightField(transfer::LightField::new(points, lights).unwrap());
+        let drawn = bare(&format!("size = 32\nsamples = 1\nmodes = [{modes}]"));
+        drawn.input("table", table.clone()).input("light-field", field).run().unwrap()
+    };
+    let codes = |ran: &crate::fixture::Ran| frames(ran.files()[0]).1[0].clone();
+    let distant = bare("size = 32\nsamples = 1\nmodes = [\"table\"]").input("table", table.clone());
+    let distant = codes(&distant.run().unwrap());
+    let far = |other: &[[u8; 3]]| {
+        let pairs = distant.iter().zip(other);
+        pairs.filter(|(one, other)| (0..3).any(|k| one[k].abs_diff(other[k]) > 1)).count()
+    };
+    let [front, back] = [[1.5, 0.0, 0.0], [-1.5, 0.0, 0.0]];
+    assert_eq!(far(&codes(&drawn(vec![front], 1.0, "\"table\""))), 0);
+    assert_eq!(far(&codes(&drawn(vec![front, back], 1.0, "\"table\""))), 0);
+    assert!(far(&codes(&drawn(vec![back, front], 0.2, "\"table\""))) > 200);
+    let unused = drawn(vec![front], 1.0, "\"local-shrm\"");
+    assert!(unused.warnings.iter().any(|warning| warning.contains("no mode shows the light-field")));
+}
+
 /// The picture of a table of two materials is that of one of them where the blend says so.
 #[test]
 fn a_blend_says_which_material_of_a_table_is_drawn() {
@@ -368,7 +400,7 @@ fn a_blend_says_which_material_of_a_table_is_drawn() {
     let knot = || Mesh(mesh::shape("torus-knot").unwrap());
     let digest = engine::Digest::of(&engine::Artifact::encode(&knot()).unwrap()).to_string();
     let count = knot().0.positions().len();
-    let blend = |value: Vec<f32>, mesh: String| VertexBlend(containers::tensors::OfMesh { value, mesh });
+    let blend = |value: Vec<[f32; 2]>, mesh: String| VertexBlend(containers::tensors::OfMesh { value, mesh });
     let with = |table: BrdfTable| {
         case("preview", "size = 32\nsamples = 1\nmodes = [\"table\"]")
             .input("environment", environment(32, sky))
@@ -376,12 +408,13 @@ fn a_blend_says_which_material_of_a_table_is_drawn() {
             .input("table", table)
     };
     let expected = picture(&with(one));
-    let blended = |share: f32| with(both.clone()).input("blend", blend(vec![share; count], digest.clone()));
+    let blended =
+        |share: f32| with(both.clone()).input("blend", blend(vec![[share, 0.0]; count], digest.clone()));
     assert_eq!(picture(&blended(1.0)), expected);
     assert!(apart(&picture(&blended(0.0)).1, &expected.1) > 1.0);
     let missing = "the table has 2 materials, but nothing places them on the mesh";
     assert_eq!(with(both.clone()).failure(), missing);
-    let other = with(both.clone()).input("blend", blend(vec![1.0; count], String::new()));
+    let other = with(both.clone()).input("blend", blend(vec![[1.0, 0.0]; count], String::new()));
     assert_eq!(other.failure(), "the blend belongs to another mesh");
 }
 

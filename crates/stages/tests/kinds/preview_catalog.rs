@@ -79,12 +79,12 @@ pub(crate) fn build(plan: &Plan) -> ResultsSnapshot {
 }
 
 /// The name of the stage of an item.
-fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
+pub(crate) fn stage_name(plan: &Plan, item: ItemIndex) -> &str {
     &plan.stages[plan.items[item].stage].name
 }
 
 /// Describes the subjects that can be shown, a line for each entry: its names and what exports it.
-fn described(catalog: &PreviewCatalog) -> String {
+pub(crate) fn described(catalog: &PreviewCatalog) -> String {
     let mut text = String::new();
     for environment in catalog.environments() {
         for material in catalog.materials() {
@@ -396,7 +396,7 @@ input = "lamps"
 yaw = 90.0
 "#;
 
-fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
+pub(crate) fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
     let (folder, _) = project("");
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -412,7 +412,7 @@ fn tabulated(stages: &str) -> (tempfile::TempDir, Plan) {
     (folder, plan)
 }
 
-fn shaded(name: &str, lighting: &str) -> String {
+pub(crate) fn shaded(name: &str, lighting: &str) -> String {
     format!(
         "[stage.{name}]\nkind = \"shade-vertices\"\n\
          inputs = {{ mesh = \"mesh\", table = \"table\", lighting = \"{lighting}\" }}\n"
@@ -558,7 +558,7 @@ fn a_mesh_has_the_blend_that_was_made_of_it() {
     let object = &scene.objects[0];
     let blend = object.blend.as_ref().unwrap();
     assert_eq!(blend.len(), object.mesh.positions().len());
-    assert!(blend.contains(&0.0) && blend.contains(&1.0), "the noise goes from end to end");
+    assert!(blend.contains(&[0.0; 2]) && blend.contains(&[1.0, 0.0]), "the noise goes from end to end");
     assert!(scenes.scene(&catalog, &results, entry, "plane").unwrap().objects[0].blend.is_none());
 }
 
@@ -580,13 +580,13 @@ fn the_sample_is_turned_in_all_its_pictures() {
     assert_eq!(
         edit.changes,
         [
-            "[stage.environment-turned] is new: it turns environment (yaw = 57.3) for report, shaded-mesh, sheet, preview",
+            "[stage.environment-turned] is new: it turns environment (yaw = 57.3) for light, report, page, shaded-mesh, sheet, preview",
             "[stage.lighting-turned] is new: it turns lighting (yaw = 57.3) for reflection, shine, received, shaded, sheet",
             "this turns the light of sky, studio",
         ]
     );
     let new = edit.text.lines().collect::<Vec<_>>();
     let replaced = text.lines().filter(|line| !new.contains(line)).count();
-    assert_eq!(replaced, 8, "only the connections change");
+    assert_eq!(replaced, 9, "only the connections change");
     catalog(&edit.text);
 }

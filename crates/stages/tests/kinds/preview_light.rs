@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use containers::{Precision, write_exr};
 use engine::{BuildOptions, Cancel, Plan, ResultsSnapshot};
-use preview::{Aim, Background, Camera, Cpu, Mode, Object, Renderer, Scene, Shot, Show};
+use preview::{Aim, Background, Camera, Cpu, Mode, Object, PointSet, Renderer, Scene, Shot, Show};
 use sphere::{DVec3, LatLong, Rotation};
 use stages::{PreviewCatalog, ROUGHNESSES, SceneCache};
 
@@ -74,6 +74,7 @@ fn middles(scene: &Scene, mode: Mode) -> Vec<([f64; 3], DVec3)> {
         exposure: 0.0,
         tone: envmap::ToneMap::Plain,
         light_samples: 256,
+        points: PointSet::Even,
     };
     let picture = Cpu::new().render(scene, &shot, sh::Stop::NEVER).unwrap();
     let eye = camera.eye();

@@ -1,6 +1,7 @@
 //! How far the kinds say that they are.
 
 use brdf::{Choice, Fresnel, Ggx, Material as Model, project};
+use containers::tensors::{self, DegreeSource};
 use sh::{Degree, Expansion, Light, Stop};
 use shrm::Reflection;
 use sphere::Direction;
@@ -29,7 +30,8 @@ fn reflected() -> Reflected {
 
 fn brdf() -> Brdf {
     let coefficients = project(&metal(), Choice::Full, Stop::NEVER).unwrap().coefficients;
-    Brdf(containers::tensors::Brdf { coefficients, material: Some(metal()), for_light: true, parts: None })
+    let degrees = DegreeSource::Light;
+    Brdf(tensors::Brdf { coefficients, material: Some(metal()), degrees, parts: None })
 }
 
 fn day() -> Environment {

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use brdf::Microfacet;
+use containers::tensors::DegreeSource;
 use sh::{Degree, Light};
 use sphere::Direction;
 use stages::artifacts::{Brdf, Lighting, Material, Reflection};
@@ -36,7 +37,7 @@ fn the_material_travels_with_more_than_enough_degrees() {
     );
     assert!(ran.notes[0].contains("95 % of views are within 0.0"), "{:?}", ran.notes);
     let fixed = case("project-brdf", "degree = [5, 0]").input("material", Material(phong(64.0)));
-    assert!(!fixed.artifact::<Brdf>().0.for_light);
+    assert_eq!(fixed.artifact::<Brdf>().0.degrees, DegreeSource::Named);
 }
 
 /// A part has the coefficients that its layers have alone, and travels as the material.
@@ -80,7 +81,7 @@ fn a_cut_that_rings_is_a_warning_with_a_remedy_that_was_tried() {
     let ran = run("degree = [6, 0]", "");
     let [warning] = &ran.warnings[..] else { panic!("{:?}", ran.warnings) };
     assert!(warning.starts_with("degree [6, 0] is too low here: "), "{warning}");
-    let remedy = "; leave out `degree` and `tolerance` in project-brdf";
+    let remedy = "; leave out `degree` in project-brdf";
     assert!(warning.ends_with(remedy), "what remains does not show: {warning}");
     assert!(warning.contains(" of the views turn black, and 5 % are off by more than "), "{warning}");
     let share = |text: &str, after: &str| -> f64 {
@@ -88,6 +89,11 @@ fn a_cut_that_rings_is_a_warning_with_a_remedy_that_was_tried() {
     };
     assert!(share(warning, "more than ") > 0.3, "{warning}");
     assert!(run("", "").warnings.is_empty());
+    // What the manifest has is what is blamed.
+    let ran = run("tolerance = 0.3", "");
+    let [warning] = &ran.warnings[..] else { panic!("{:?}", ran.warnings) };
+    assert!(warning.starts_with("tolerance 0.3 is too large here, it takes degrees [8, 0]: "), "{warning}");
+    assert!(warning.ends_with("; leave out `tolerance` in project-brdf"), "{warning}");
     // Enough degrees, and soft light, are no reason.
     let soft = case("convolve", "").input("lighting", sky_lighting()).input(
         "brdf",
@@ -118,6 +124,17 @@ fn a_rough_surface_depends_on_the_view_and_the_note_says_how_much() {
     let brdf = ran.artifact::<Brdf>();
     assert_eq!((brdf.0.coefficients.f().get(), brdf.0.coefficients.p().get()), (11, 2));
     assert_eq!(ran.notes, ["degrees [11, 2] hold 97.2 % of the energy; p = 0, 1, ...: 87.2, 7.0, 3.0 %"]);
+    assert!(ran.warnings.is_empty());
+}
+
+/// [RH02, sec. 7.1]: P = 4 is enough for an error below 0.03.
+#[test]
+fn skin_needs_p_4_as_in_the_paper() {
+    let skin = include_str!("../../../../examples/skin/skin.toml");
+    let skin = case("import-material", "").file("skin.toml", skin).source("skin.toml").artifact::<Material>();
+    let ran = case("project-brdf", "tolerance = 0.03").input("material", (*skin).clone()).run().unwrap();
+    let brdf = ran.artifact::<Brdf>();
+    assert_eq!((brdf.0.coefficients.f().get(), brdf.0.coefficients.p().get()), (10, 4), "{:?}", ran.notes);
     assert!(ran.warnings.is_empty());
 }
 

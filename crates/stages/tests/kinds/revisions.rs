@@ -7,6 +7,7 @@
 //! changed, and put the printed line into the table.
 
 use engine::{Artifact, Output, Product};
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde_json::Value;
 use stages::artifacts::{
     Brdf, BrdfTable, Environment, LightField, Lighting, Material, Mesh, Prefiltered, Reflection, ScaleSpace,
@@ -18,16 +19,16 @@ use crate::fixture::{
 };
 
 /// What a kind computes in another way, as `kind, what`.
-pub(crate) const VARIANTS: [&str; 1] = ["reference, sampled"];
+pub(crate) const VARIANTS: [&str; 2] = ["reference, sampled", "sample-directions, product"];
 
 /// Kind or variant, revision, fingerprint.
 const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("import-environment", 3, [96.00000000, 294.15642142, 294.15642142, 1.42842033, -16.81971523]),
     ("import-material", 2, [4.00000000, 9.00000000, 9.00000000, 8.75279504, 0.48240101]),
     ("import-mesh", 3, [156.00000000, 120.00000000, 144.00000000, 38.87456349, -0.20060482]),
-    ("project-sh", 8, [147.00000000, 31.35296448, 32.22187732, 4.72306372, 1.13808101]),
+    ("project-sh", 9, [147.00000000, 31.35296448, 32.22187732, 4.72306372, 1.13808101]),
     ("rotate", 4, [27.00000000, 9.81585951, 15.94363884, 7.85013800, -0.04349477]),
-    ("project-brdf", 6, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
+    ("project-brdf", 9, [84.00000000, 4.33436622, 4.92776406, 0.49485746, -0.09654360]),
     ("convolve", 10, [36.00000000, 25.62677718, 25.62677744, 9.59641872, 1.37049466]),
     ("scale-space", 7, [24480.00000000, 35635.09194726, 35635.09194726, -18.99275590, 2.82135842]),
     ("fit-taps", 5, [910.00000000, 223.74100580, 226.66262260, 0.44851476, -0.03001829]),
@@ -46,8 +47,9 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("reference", 7, [96.00000000, 27.59375000, 27.59375000, -0.10275476, 0.09699185]),
     ("reference, sampled", 7, [96.00000000, 27.60375977, 27.60375977, -0.07726567, 0.09053106]),
     ("contact-sheet", 8, [6935040.00000000, 636455.97917270, 636455.97917270, -64.96272181, 5.64543847]),
-    ("report", 32, [297.00000000, 7702067.19704621, 7702067.19704621, 390084.84078627, -3079872.04654528]),
-    ("preview", 17, [688224.00000000, 57584.81637291, 57584.81637291, 8.67273897, 3.22259895]),
+    ("export-page", 19, [3.00000000, 1.00000000, 1.00000000, 1.00000000, 0.00000000]),
+    ("report", 35, [297.00000000, 7702067.19704621, 7702067.19704621, 390084.84078627, -3079872.04654528]),
+    ("preview", 20, [688224.00000000, 57584.81637291, 57584.81637291, 8.67273897, 3.22259895]),
     ("export-cabral", 14, [1575.00000000, 754.51357624, 849.29541752, -43.59984273, -0.82769094]),
     ("export-kautz-mccool", 14, [223.00000000, 78.88049061, 84.59551746, 10.18207046, -1.08493032]),
     ("export-view-maps", 14, [1497.00000000, 538.41252518, 556.84685949, 3.10003517, 3.98891865]),
@@ -64,6 +66,10 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("export-brdf-table", 1, [432.00000000, 18.23072815, 41.22508240, -0.82318352, 0.51969589]),
     ("export-gltf", 2, [441.00000000, 131.98281982, 181.48188560, -4.55139173, -4.09833557]),
     ("sample-light", 2, [87.00000000, 61.29606103, 76.55954017, -0.78341016, -2.93318267]),
+    ("largest-wavelets", 2, [1944.00000000, 2116.35601163, 2116.35601163, 152.10479015, -46.90351223]),
+    ("export-wavelets", 2, [160.00000000, 4090.26718709, 4092.26511100, -224.18113686, 357.60015963]),
+    ("sample-directions", 2, [700.00000000, 316.34839657, 407.04493364, -4.28556726, 6.02085767]),
+    ("sample-directions, product", 2, [700.00000000, 1074.29260420, 1165.13496194, -2.42051165, 9.20029112]),
     ("subtract-lights", 3, [24576.00000000, 17511.55947974, 17511.55947974, 1.71991093, -0.32013821]),
     ("export-light-rig", 1, [56.00000000, 310.99010542, 317.15413561, 6.97544114, -5.15714744]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
@@ -149,6 +155,7 @@ pub(crate) fn fixture(kind: &str) -> Case {
         "preview" => crate::preview::knot(
             "modes = [\"local-shrm\", \"mirror\"]\ncompare = \"brute-force\"\nsize = 160",
         ),
+        "export-page" => crate::export_page::page("resolution = 8\nslices = 4", "copper"),
         "circular-lights" => crate::circular_lights::studio("degree = 3\nwindow = \"lanczos\""),
         "sum-lighting" => {
             let lamps = crate::circular_lights::studio("lamps = \"series\"").artifact::<Lighting>();
@@ -173,6 +180,12 @@ pub(crate) fn fixture(kind: &str) -> Case {
         }
         "export-gltf" => crate::export_gltf::knot(),
         "sample-light" => crate::light_rig::sampled("count = 12\nmethod = \"warped\""),
+        "sample-directions" => {
+            crate::sample_directions::lobe("count = 100\nleaves = \"analytic\"\nwarp = \"hierarchical\"")
+        }
+        "sample-directions, product" => crate::sample_directions::product("count = 100"),
+        "largest-wavelets" => crate::wavelets::few("count = 40"),
+        "export-wavelets" => crate::wavelets::exported("count = 40"),
         "subtract-lights" => crate::light_rig::subtracted("most = 2"),
         "export-light-rig" => crate::light_rig::exported("format = \"gltf\""),
         other => panic!("give {other} a fixture here"),
@@ -212,7 +225,8 @@ fn numbers(case: &Case) -> Vec<f64> {
                 matrices.values().iter().map(|&value| value.into()).collect()
             }
             VertexBlend::TYPE => {
-                VertexBlend::decode(&bytes).unwrap().0.value.iter().map(|&value| value.into()).collect()
+                let places = VertexBlend::decode(&bytes).unwrap().0.value;
+                places.iter().map(|&[first, _]| first.into()).collect()
             }
             VertexRadiance::TYPE => {
                 let radiance = VertexRadiance::decode(&bytes).unwrap().0.value;
@@ -277,6 +291,28 @@ fn file_numbers(file: &[u8]) -> Vec<f64> {
     }
     if let Ok(light) = containers::read_gltf_image_based_light(file) {
         return light.cube.levels().flatten().flatten().map(|&value| value.into()).collect();
+    }
+    if file.starts_with(b"u,v,") {
+        let text = String::from_utf8_lossy(file);
+        return text
+            .lines()
+            .skip(1)
+            .flat_map(|line| line.split(','))
+            .map(|word| word.parse().unwrap())
+            .collect();
+    }
+    if let Ok(file) = SafeTensors::deserialize(file) {
+        let numbers = |(_, tensor): (String, TensorView<'_>)| -> Vec<f64> {
+            let words = tensor.data().as_chunks::<4>().0.iter().copied();
+            match tensor.dtype() {
+                Dtype::U32 => words.map(|word| u32::from_le_bytes(word).into()).collect(),
+                Dtype::F32 => words.map(|word| f32::from_le_bytes(word).into()).collect(),
+                other => panic!("give {other:?} an arm here"),
+            }
+        };
+        let mut tensors = file.tensors();
+        tensors.sort_by(|(one, _), (other, _)| one.cmp(other));
+        return tensors.into_iter().flat_map(numbers).collect();
     }
     if file.first().is_some_and(u8::is_ascii_uppercase) && str::from_utf8(file).is_ok() {
         // A README has no numbers that count.

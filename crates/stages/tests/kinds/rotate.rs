@@ -1,8 +1,10 @@
 use engine::Product;
-use sphere::Rotation;
-use stages::artifacts::{Environment, Lighting};
+use sh::Light;
+use sphere::{Direction, Rotation};
+use stages::artifacts::{Brdf, Environment, Lighting, Material, Reflection};
 
 use crate::fixture::{case, difference, environment, sky, sky_lighting};
+use crate::parts::lacquer;
 
 #[test]
 fn a_yaw_of_a_quarter_moves_what_was_at_x_to_y() {
@@ -48,6 +50,38 @@ fn a_rotation_given_twice_or_not_at_all_is_an_error() {
         ("quaternion = [0, 0, 1]", "quaternion: an array is not [x, y, z, w], not all 0"),
     ] {
         assert_eq!(case("rotate", parameters).errors(), [expected]);
+    }
+}
+
+/// Of a material with a highlight over a base, under a sky with a lamp: the field, its lamp and its parts.
+#[test]
+fn a_reflection_turns_with_its_light() {
+    let brdf = case("project-brdf", "").input("material", Material(lacquer())).artifact::<Brdf>();
+    let lamp = Light::from_flux(Direction::from_angles(0.7, 0.3), 0.01, [3.0, 2.0, 1.0]);
+    let light = Lighting(sh::Lighting { lights: vec![lamp], ..sky_lighting().0 });
+    let convolved = |light: Lighting| {
+        let case = case("convolve", "").input("lighting", light).input("brdf", (*brdf).clone());
+        case.artifact::<Reflection>()
+    };
+    let turn = "yaw = 35\npitch = -50\nroll = 110";
+    let turned = case("rotate", turn).input("lighting", light.clone()).artifact::<Lighting>();
+    let before = convolved((*turned).clone());
+    let after = case("rotate", turn).input("lighting", (*convolved(light)).clone());
+    assert_eq!(after.product(), Product::Artifact("reflection"));
+    let after = after.artifact::<Reflection>();
+    // The degrees were found at other places of the light, and may differ.
+    let fields = |reflection: &Reflection| {
+        let parts = reflection.0.parts().unwrap();
+        [reflection.0.clone(), parts[0].clone(), parts[1].clone()]
+    };
+    for (before, after) in fields(&before).iter().zip(&fields(&after)) {
+        let degree = before.lighting().degree().min(after.lighting().degree());
+        let [a, b] = [before, after].map(|field| field.lighting().to_degree(degree));
+        assert!(difference(a.coefficients(), b.coefficients()) < 1e-12);
+        let [a, b] = [before, after].map(|field| &field.lamps().unwrap().lights[0]);
+        assert_eq!(a, b);
+        assert_eq!(before.material(), after.material());
+        assert!(before.is_for_light() && after.is_for_light());
     }
 }
 

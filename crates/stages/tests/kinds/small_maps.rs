@@ -265,7 +265,7 @@ fn a_field_of_fewer_coefficients_is_made_by_accept_or_error() {
     let named = case("convolve", "accept = [0.1, 0.2]").input("lighting", sky_lighting());
     assert_eq!(
         named.input("brdf", brdf(&material, "degree = [4, 2]")).failure(),
-        "accept and error choose P, but the coefficients already have a given P"
+        "accept chooses P, but the coefficients already have a given P"
     );
     for (parameters, expected) in [
         ("accept = [0.1, 0.2]\nerror = 0.1", "error: accept already sets the allowed error"),

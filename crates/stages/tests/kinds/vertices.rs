@@ -7,7 +7,7 @@ use transfer::{
     shade_with_transfer,
 };
 
-use crate::fixture::{Case, case, lambert, sky_lighting};
+use crate::fixture::{Case, case, lambert, phong, sky_lighting};
 
 /// A floor at z = 0 and a wall at x = 1 that faces it, with coordinates.
 pub(crate) fn pit() -> Mesh {
@@ -20,7 +20,7 @@ pub(crate) fn pit() -> Mesh {
     Mesh(mesh::Mesh::new(positions, normals, tangents, Some(vec![[0.0; 2]; 9]), triangles).unwrap())
 }
 
-fn table(material: brdf::Material) -> BrdfTable {
+pub(crate) fn table(material: brdf::Material) -> BrdfTable {
     let table = case("tabulate-brdf", "resolution = 16").input("material", Material(material));
     (*table.artifact::<BrdfTable>()).clone()
 }
@@ -30,7 +30,7 @@ fn baked(parameters: &str) -> Case {
 }
 
 /// The pit with its coordinates at the four corners of a picture and at its centre.
-fn pit_with_coordinates() -> Mesh {
+pub(crate) fn pit_with_coordinates() -> Mesh {
     let Mesh(pit) = pit();
     let corners = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75], [0.5, 0.5]];
     let coordinates = (0..9).map(|vertex| corners[vertex % 5]).collect();
@@ -45,7 +45,7 @@ fn pit_with_coordinates() -> Mesh {
 }
 
 /// A picture of 2 x 2 texels that holds 0, 1, 0.2 and 0.6 in red, and 1 less that in green.
-fn picture() -> Vec<u8> {
+pub(crate) fn picture() -> Vec<u8> {
     let texels = [0u8, 255, 51, 153].map(|red| [red, 255 - red, 0]);
     containers::write_png(2, 2, &texels, None).unwrap()
 }
@@ -69,7 +69,7 @@ pub(crate) fn shaded(shadows: bool) -> Case {
     case.input("transfer", (*baked("directions = 512").artifact::<Transfer>()).clone())
 }
 
-fn radiance(case: &Case) -> Vec<[f32; 3]> {
+pub(crate) fn radiance(case: &Case) -> Vec<[f32; 3]> {
     case.artifact::<VertexRadiance>().0.value.clone()
 }
 
@@ -96,6 +96,43 @@ fn a_matte_floor_has_the_irradiance_of_the_sky() {
     assert!((green - 0.8 * (1.0 + 0.5 * 2.0 / 3.0)).abs() < 1e-4, "{green}");
     let ran = shaded(false).run().unwrap();
     assert_eq!(ran.notes, ["the light ends at degree 2, the table at 4"]);
+}
+
+/// A lamp over a sphere rings below zero on the other side. The window that is named leaves nothing below
+/// zero, and one that is a twentieth weaker does.
+#[test]
+fn the_weakest_window_leaves_no_vertex_below_zero() {
+    let degree = Degree::new(4).unwrap();
+    let lamp =
+        sh::Light { direction: sphere::Direction::Z, radius: 0.1, irradiance: [1.0; 3] }.series(degree);
+    let (mesh, table) = (mesh::shape("sphere").unwrap(), table(phong(20.0)));
+    let with = |window: &str| {
+        case("shade-vertices", &format!("view = [1, 0, 0]\nwindow = \"{window}\""))
+            .input("mesh", Mesh(mesh.clone()))
+            .input("table", table.clone())
+            .input("lighting", Lighting(lamp.clone().into()))
+            .run()
+            .unwrap()
+    };
+    let below = |values: &[[f32; 3]]| values.iter().flatten().any(|value| *value < 0.0);
+    let (plain, windowed) = (with("none"), with("non-negative"));
+    assert!(below(&plain.artifact::<VertexRadiance>().0.value));
+    assert!(!below(&windowed.artifact::<VertexRadiance>().0.value));
+    let lambda = |text: &str| -> f64 {
+        let after = text.split("lambda = ").nth(1).unwrap();
+        after.split(' ').next().unwrap().parse().unwrap()
+    };
+    let offered = lambda(&plain.warnings[0]);
+    assert!(plain.warnings[0].contains("or window = \"non-negative\", a window of"), "{:?}", plain.warnings);
+    assert_eq!(lambda(windowed.notes.last().unwrap()), offered, "{:?}", windowed.notes);
+    assert!(windowed.warnings.is_empty(), "{:?}", windowed.warnings);
+    let frames = Frames::of(&mesh).unwrap();
+    let viewer = Viewer::Distant(sphere::Direction::X);
+    for (factor, expected) in [(0.95, true), (1.02, false)] {
+        let window = sh::Window::Laplacian(sh::Penalty::new(factor * offered).unwrap());
+        let value = transfer::shade(&frames, &table.0, viewer, &window.apply(&lamp));
+        assert_eq!(below(&value), expected, "{factor} of {offered}");
+    }
 }
 
 #[test]
@@ -161,86 +198,6 @@ fn brushing_turns_tangents_and_counts_where_it_cannot() {
         let change = (before[0][0] - after[0][0]).abs();
         assert_eq!(change > 0.05, differs, "{before:?} {after:?}");
     }
-}
-
-#[test]
-fn a_surface_varies_between_the_materials_of_its_table() {
-    let blended = blend("").artifact::<VertexBlend>();
-    let values = &blended.0.value;
-    let expected = [0.0, 1.0, 0.2, 0.6, 0.45, 0.0, 1.0, 0.2, 0.6];
-    assert!(values.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{values:?}");
-    let green = blend("channel = \"green\"").artifact::<VertexBlend>();
-    assert!((green.0.value[2] - 0.8).abs() < 1e-6);
-    // Of three greys the one in the middle is in the middle; a table of one material is the same everywhere.
-    let greys = case("tabulate-brdf", "resolution = 16\ndegree = 2")
-        .keyed_input("materials", &[("material", "a")], Material(lambert(0.0)))
-        .keyed_input("materials", &[("material", "b")], Material(lambert(0.5)))
-        .keyed_input("materials", &[("material", "c")], Material(lambert(1.0)));
-    let ran = greys.run().unwrap();
-    assert!(ran.notes[0].contains("16 x 16 views of 3 materials"), "{:?}", ran.notes);
-    let shade = |table: BrdfTable| {
-        case("shade-vertices", "camera = [-3, 1, 2]")
-            .input("mesh", pit_with_coordinates())
-            .input("table", table)
-            .input("lighting", sky_lighting())
-    };
-    let greys = (*ran.artifact::<BrdfTable>()).clone();
-    let varied = radiance(&shade(greys.clone()).input("blend", (*blended).clone()));
-    let white = radiance(&shade(table(lambert(1.0))));
-    for (vertex, value) in values.iter().enumerate() {
-        let expected = white[vertex][1] * value;
-        assert!((varied[vertex][1] - expected).abs() < 1e-4, "{vertex}: {varied:?} {white:?}");
-    }
-    assert_eq!(shade(greys).failure(), "the table has 3 materials, but nothing places them on the mesh");
-    let other = case("vertex-blend", "texture = \"noise.png\"").file("noise.png", picture());
-    let other = other.input("mesh", pit()).artifact::<VertexBlend>();
-    let failure = shade(table(lambert(1.0))).input("blend", (*other).clone()).failure();
-    assert_eq!(failure, "the blend belongs to another mesh");
-}
-
-#[test]
-fn one_parameter_of_a_material_varies() {
-    let metal = || Material(brdf::Material::Ward(brdf::Ward::new([0.3, 0.3], [1.0; 3]).unwrap()));
-    let vary = |text: &str, material: Material| {
-        case("tabulate-brdf", &format!("resolution = 8\ndegree = 2\n{text}")).input("material", material)
-    };
-    let found = vary("vary = \"roughness_y\"\nfrom = 0.3\nto = 0.9\ncount = 3", metal());
-    let found = found.artifact::<BrdfTable>();
-    assert_eq!((found.0.count(), found.0.channels()), (3, 1));
-    let rough = brdf::Material::Ward(brdf::Ward::new([0.3, 0.6], [1.0; 3]).unwrap());
-    let middle = vary("", Material(rough)).artifact::<BrdfTable>();
-    let each = middle.0.values().len();
-    assert_eq!(found.0.values()[each..2 * each], *middle.0.values());
-    for (text, material, expected) in [
-        (
-            "vary = \"roughnes_y\"\nfrom = 0.3\nto = 1",
-            metal(),
-            "ward has no numeric parameter \"roughnes_y\" that could vary",
-        ),
-        (
-            "vary = \"specular\"\nfrom = 0\nto = 1",
-            metal(),
-            "ward has no numeric parameter \"specular\" that could vary",
-        ),
-        ("vary = \"roughness\"\nfrom = 0\nto = 1", metal(), "roughness: 0 is not a number from 0.01 to 1"),
-    ] {
-        assert_eq!(vary(text, material).failure(), expected);
-    }
-    let Err(failure) = vary("vary = \"albedo\"\nfrom = 0\nto = 1", Material(lambert(0.5))).run() else {
-        panic!("it varied")
-    };
-    assert_eq!(failure.chain, ["lambert has no numeric parameter \"albedo\" that could vary"]);
-    let help = "it has no numeric parameter: make a material file for each value, and connect them as \
-                `materials`";
-    assert_eq!(failure.help.as_deref(), Some(help));
-    assert_eq!(vary("vary = \"roughness\"", metal()).errors().len(), 2);
-    assert_eq!(
-        vary("from = 1", metal()).errors(),
-        ["from: only a varying parameter uses it: vary = \"roughness\""]
-    );
-    let both = vary("", metal()).keyed_input("materials", &[], metal());
-    assert_eq!(both.failure(), "both material and materials are connected");
-    assert_eq!(case("tabulate-brdf", "").failure(), "no material is connected");
 }
 
 /// A square with a normal texture on its coordinates, an attribute, and a material whose anisotropy is turned
@@ -392,7 +349,10 @@ fn a_blend_comes_from_an_attribute_of_the_file() {
     let ran =
         of("attribute = \"_BLEND\"\ngltf = \"a/square.gltf\"").input("mesh", (*mesh).clone()).run().unwrap();
     // Flat triangles have three vertices each; what lies outside is clamped.
-    assert_eq!(ran.artifact::<VertexBlend>().0.value, [0.5, 0.0, 1.0, 0.5, 1.0, 1.0]);
+    assert_eq!(
+        ran.artifact::<VertexBlend>().0.value,
+        [0.5, 0.0, 1.0, 0.5, 1.0, 1.0].map(|first| [first, 0.0])
+    );
     assert_eq!(ran.warnings, ["2 of 6 vertices are outside of 0 to 1"]);
     let failure = |text: &str, mesh: Mesh| of(text).input("mesh", mesh).failure();
     let missing = failure("attribute = \"_NOISE\"\ngltf = \"a/square.gltf\"", (*mesh).clone());

@@ -9,7 +9,6 @@ use stages::PreviewCatalog;
 use super::{PendingWork, PreviewController};
 use crate::preview::light_edit;
 
-#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window sends them"))]
 pub(crate) enum MaterialEdit {
     /// Show the material with these values, or with those of its file.
     Show(Option<MaterialForm>),

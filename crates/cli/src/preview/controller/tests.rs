@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
 use ::preview::MaterialForm;
-use engine::{BuildOptions, ItemKey, Kinds, Summary};
+use engine::{BuildOptions, Cancel, ItemKey, Kinds, Summary};
 
 use super::*;
 
@@ -95,32 +95,26 @@ impl TestProject {
         assert_eq!(built.failed, 0);
     }
 
-    fn surroundings(&self, continues_without: bool) -> Surroundings<'_> {
-        Surroundings::new(&self.project, &self.screenshots, &self.kinds, continues_without)
+    fn surroundings(&self) -> Surroundings<'_> {
+        Surroundings::new(&self.project, &self.screenshots, &self.kinds)
     }
 }
 
 /// What a controller borrows.
 struct Surroundings<'a> {
-    request: WindowRequest<'a>,
-    cancel: Cancel,
+    request: ViewRequest<'a>,
     watched: WatchedProject,
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(
-        project: &'a project::Project,
-        screenshots: &'a Path,
-        kinds: &'a Kinds,
-        continues_without: bool,
-    ) -> Self {
-        let (subject, cancel) = (SubjectRequest::default(), Cancel::default());
-        let request = WindowRequest { project, screenshots, kinds, subject, cpu: true, continues_without };
-        Self { watched: WatchedProject::new(project.clone(), &cancel), request, cancel }
+    fn new(project: &'a project::Project, screenshots: &'a Path, kinds: &'a Kinds) -> Self {
+        let (subject, place) = (SubjectRequest::default(), ViewPlace::Window);
+        let request = ViewRequest { project, screenshots, kinds, subject, cpu: true, place };
+        Self { watched: WatchedProject::new(project.clone(), &Cancel::default()), request }
     }
 
     fn controller(&self) -> PreviewController<'_> {
-        PreviewController::new(&self.request, &self.cancel, &self.watched)
+        PreviewController::new(&self.request, &self.watched)
     }
 
     /// A controller that has a window and then gets these messages, and the updates of the window.
@@ -190,23 +184,6 @@ fn received(updates: &Receiver<PreviewUpdate>) -> Vec<String> {
     lines.filter(|line| !line.starts_with("status: ")).collect()
 }
 
-fn no_window() -> PreviewMessage {
-    PreviewMessage::NoWindow(Box::default())
-}
-
-#[test]
-fn without_a_window_it_ends_with_a_still_even_if_the_build_ended_before() {
-    let project = TestProject::built();
-    let around = project.surroundings(false);
-    let mut controller = around.controller();
-    controller.handle_all([planned(), ended()]);
-    controller.handle_all([watching()]);
-    assert!(!around.cancel.is_cancelled(), "there may be a window yet");
-    controller.handle_all([no_window()]);
-    assert!(around.cancel.is_cancelled());
-    assert!(project.path(".specula/preview.png").exists());
-}
-
 fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
     let item = ItemName { stage: stage.into(), key: ItemKey::from_iter(key) };
     event(Event::Finished { item, milliseconds: 1.0, changed: true })
@@ -215,7 +192,7 @@ fn finished(stage: &str, key: [(&str, &str); 1]) -> PreviewMessage {
 #[test]
 fn a_subject_is_shown_as_soon_as_its_light_and_its_material_are_imported() {
     let project = TestProject::new(PIPELINE);
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([planned(), show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin"]);
     project.build_only(&["environment"]);
@@ -266,7 +243,7 @@ fn form_and_others(updates: &Receiver<PreviewUpdate>) -> (Option<MaterialForm>, 
 #[test]
 fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
     let project = TestProject::built();
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([planned(), show("gold"), ended()]);
     let (form, others) = form_and_others(&updates);
     assert_eq!(others, ["catalog: gold, tin", "scene: gold"]);
@@ -315,7 +292,7 @@ fn an_edited_material_is_shown_at_once_and_with_maps_after_it_is_saved() {
 #[test]
 fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
     let project = TestProject::built();
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([planned(), show("gold"), ended()]);
     let mut form = form_and_others(&updates).0.unwrap();
     form.set(::preview::FormField { section: 0, parameter: 0 }, &brdf::Value::Number(9.0));
@@ -337,56 +314,9 @@ fn a_file_that_changes_under_unsaved_values_is_reported_and_not_overwritten() {
 }
 
 #[test]
-fn a_still_in_place_of_the_window_waits_for_the_maps() {
-    let project = TestProject::new(PIPELINE);
-    project.build_only(&["environment", "material"]);
-    let around = project.surroundings(true);
-    let mut controller = around.controller();
-    controller.handle_all([planned(), no_window()]);
-    assert!(!project.path(".specula/preview.png").exists());
-    project.build();
-    controller.handle_all([ended(), watching()]);
-    assert!(project.path(".specula/preview.png").exists());
-}
-
-#[test]
-fn a_window_that_is_lost_leaves_a_still_of_what_it_showed() {
-    let project = TestProject::built();
-    let around = project.surroundings(false);
-    let (mut controller, updates) = around.with_window([]);
-    controller.handle_all([show("gold")]);
-    assert_eq!(received(&updates), ["catalog: gold, tin", "scene: gold"]);
-    controller.handle_all([planned(), ended()]);
-    drop(updates);
-    controller.handle_all([no_window()]);
-    assert!(around.cancel.is_cancelled() && project.path(".specula/preview.png").exists());
-}
-
-#[test]
-fn without_a_window_it_ends_if_nothing_can_be_built_but_not_during_a_build() {
-    let project = TestProject::new(PIPELINE);
-    let build_error = || event(Event::BuildError { error: vec!["the disk is full".into()], help: None });
-    let cancelled = |messages: Vec<PreviewMessage>| {
-        let around = project.surroundings(false);
-        let mut controller = around.controller();
-        messages.into_iter().for_each(|message| _ = controller.handle_all([message]));
-        around.cancel.is_cancelled()
-    };
-    assert!(cancelled(vec![planned(), build_error(), no_window()]));
-    assert!(cancelled(vec![planned(), no_window(), build_error()]));
-    assert!(!cancelled(vec![planned(), ended(), planned(), no_window()]));
-    let stopped = event(Event::Ended(Summary { cancelled: true, ..Summary::default() }));
-    assert!(!cancelled(vec![planned(), stopped, no_window()]));
-    let around = project.surroundings(true);
-    let mut controller = around.controller();
-    controller.handle_all([planned(), ended(), no_window()]);
-    assert!(!around.cancel.is_cancelled(), "a watcher continues");
-}
-
-#[test]
 fn a_window_that_comes_too_late_is_closed() {
     let project = TestProject::new(PIPELINE);
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let mut controller = around.controller();
     controller.handle_all([PreviewMessage::Close]);
     for _ in 0..2 {
@@ -400,7 +330,7 @@ fn a_window_that_comes_too_late_is_closed() {
 #[test]
 fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
     let nothing = |project: &TestProject| {
-        let around = project.surroundings(true);
+        let around = project.surroundings();
         let (opened, updates) = window();
         around.controller().handle_all([opened]);
         received(&updates).pop().unwrap()
@@ -429,7 +359,7 @@ fn if_nothing_can_be_shown_it_says_so_and_what_to_do() {
 #[test]
 fn a_saved_picture_is_reported_when_it_is_written() {
     let project = TestProject::new(PIPELINE);
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([]);
     received(&updates);
     let subject = Subject { environment: "sky".into(), material: "gold".into(), mesh: "sphere".into() };
@@ -451,7 +381,7 @@ fn a_saved_picture_is_reported_when_it_is_written() {
 #[test]
 fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unreadable_ones() {
     let project = TestProject::built();
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([watching()]);
     controller.handle_all([show("gold")]);
     assert_eq!(received(&updates), ["catalog: gold, tin", "scene: gold"]);
@@ -483,7 +413,7 @@ fn a_material_that_is_gone_is_not_a_failure_and_old_results_do_not_replace_unrea
 #[test]
 fn a_failure_says_whether_the_picture_depends_on_it() {
     let project = TestProject::built();
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([show("gold")]);
     received(&updates);
     let headline = |message: PreviewMessage, controller: &mut PreviewController<'_>| {

@@ -10,6 +10,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::io::{Cursor, Read, Seek};
+use std::sync::Mutex;
 
 use envmap::Image;
 use exr::block::chunk::{Chunk, CompressedBlock};
@@ -31,6 +32,7 @@ use crate::file_part::{beginning, rewind};
 use crate::format::Format;
 use crate::images::block_writer::{BlockWriter, Patch};
 use crate::images::chromaticity::Chromaticities;
+use crate::images::codec::HeaderFacts;
 use crate::images::colour_space::ColourSpace;
 use crate::images::decoded::{Decoded, OpenExrEnvmap, ReadOptions};
 use crate::images::outside_gamut::OutsideGamut;
@@ -42,15 +44,11 @@ use crate::limits;
 const BATCH: usize = 64;
 const BATCH_PIXELS: usize = 1 << 20;
 
-/// The `envmap` attribute, and what of the sphere the picture shows.
-type OnSphere = (Option<OpenExrEnvmap>, Option<Panorama>);
-
-/// The size of the picture, and what its attributes say of the sphere.
 pub(crate) fn header(
     file: impl Read + Seek,
     length: usize,
     wanted: Option<&str>,
-) -> Result<([usize; 2], OnSphere), Error> {
+) -> Result<HeaderFacts, Error> {
     let meta = open(file)?;
     let layer = Layer::choose(&meta.headers, wanted, &mut Vec::new())?;
     let header = &meta.headers[layer.part];
@@ -58,7 +56,13 @@ pub(crate) fn header(
     check_size(&meta.headers, header, length)?;
     let Vec2(width, height) = header.shared_attributes.display_window.size;
     let size = [width, height];
-    Ok((size, (envmap_of(header), panorama_of(header, size))))
+    Ok(HeaderFacts {
+        size,
+        blocks: blocks(header),
+        openexr_envmap: envmap_of(header),
+        panorama: panorama_of(header, size),
+        ..HeaderFacts::default()
+    })
 }
 
 pub(crate) fn read(bytes: &[u8], options: &ReadOptions, stop: Stop<'_>) -> Result<Decoded, Error> {
@@ -110,6 +114,12 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions, stop: Stop<'_>) -> Resul
         recipe: recipe_of(header),
         ..Decoded::new(Format::OpenExr, image)
     })
+}
+
+/// How many blocks the largest level of a part consists of.
+fn blocks(header: &Header) -> usize {
+    let (size, block) = (header.layer_size, header.max_block_pixel_size());
+    size.width().div_ceil(block.width().max(1)) * size.height().div_ceil(block.height().max(1))
 }
 
 fn envmap_of(header: &Header) -> Option<OpenExrEnvmap> {
@@ -460,6 +470,8 @@ fn read_pixels(
     let least = rayon::current_num_threads().min(BATCH);
     let batch_size = (BATCH_PIXELS / (width * height).max(1)).clamp(least, BATCH);
     let mut seen = HashSet::new();
+    // Memory of patches that were written, for those of the next batch.
+    let spare = Mutex::new(Vec::new());
     loop {
         let batch: Vec<Chunk> = guarded(|| chunks.by_ref().take(batch_size).collect())?;
         if batch.is_empty() {
@@ -473,8 +485,11 @@ fn read_pixels(
             };
             check_chunk(&meta.headers[part], &chunk)?;
             let block = guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))?;
-            let patches =
-                windows.iter().zip(layers).map(|(window, layer)| window.patch(header, layer, &block));
+            let memory = || spare.lock().ok().and_then(|mut spare| spare.pop()).unwrap_or_default();
+            let patches = windows
+                .iter()
+                .zip(layers)
+                .map(|(window, layer)| window.patch(header, layer, &block, memory()));
             Ok((block.index, patches.collect::<Result<Vec<_>, Error>>()?))
         });
         let decoded: Vec<Result<_, Error>> = decoded.collect();
@@ -493,6 +508,9 @@ fn read_pixels(
         let writers = writers.get_or_insert_with(|| windows.iter().map(Window::writer).collect());
         for (writer, patches) in writers.iter_mut().zip(of_layers) {
             writer.write(&patches, &finish);
+            if let Ok(mut spare) = spare.lock() {
+                spare.extend(patches.into_iter().map(|patch| patch.pixels));
+            }
         }
     }
     if is_transparent {

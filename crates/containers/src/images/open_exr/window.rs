@@ -49,16 +49,18 @@ impl Window {
         BlockWriter::new(self.size[0], self.size[1], [left, top, right, bottom])
     }
 
-    /// The pixels of a block, and whether alpha is below 1 in one of them.
+    /// The pixels of a block in memory that may be of another, and whether alpha is below 1 in one of them.
     pub(super) fn patch(
         &self,
         header: &Header,
         layer: &Layer,
         block: &UncompressedBlock,
+        mut pixels: Vec<[f32; 3]>,
     ) -> Result<(Patch, bool), Error> {
         let BlockIndex { pixel_position, pixel_size, .. } = block.index;
         let width = pixel_size.0;
-        let mut pixels = vec![[0.0; 3]; width * pixel_size.1];
+        pixels.clear();
+        pixels.resize(width * pixel_size.1, [0.0; 3]);
         let mut is_transparent = false;
         let mut rest = block.data.as_slice();
         for (y, line) in pixels.chunks_exact_mut(width.max(1)).enumerate() {

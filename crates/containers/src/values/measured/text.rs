@@ -9,7 +9,7 @@ use crate::error::Error;
 const ROUNDING: f64 = 1e-4;
 
 /// The lines that hold something, numbered from 1; what follows a `#` is a comment.
-pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = (usize, &str)>, Error> {
+pub(crate) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = (usize, &str)>, Error> {
     let text = from_utf8(bytes).map_err(|error| {
         Error::damaged(format!("byte {} is not text; expected UTF-8", error.valid_up_to()))
     })?;
@@ -23,7 +23,7 @@ pub(super) fn lines(bytes: &[u8]) -> Result<impl Iterator<Item = (usize, &str)>,
 }
 
 /// The number that `word` is, whose meaning is `what`.
-pub(super) fn number<T: FromStr>(line: usize, word: &str, what: &str) -> Result<T, Error> {
+pub(crate) fn number<T: FromStr>(line: usize, word: &str, what: &str) -> Result<T, Error> {
     word.parse()
         .map_err(|_| Error::damaged(format!("line {line}: {word:?} is not a number; expected {what}")))
 }

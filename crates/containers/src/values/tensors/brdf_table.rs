@@ -10,14 +10,15 @@ use crate::values::brdf_table_metadata::{below_name, brdf_table_metadata, incide
 const NAME: &str = "c";
 const SHAPE: &str = "[Q, N, N, (F+1)^2, 1 or 3]";
 
-/// A BRDF table: `c` [Q, N, N, (F+1)^2, channels] f32, one channel if it is grey.
+/// A BRDF table: `c` [Q, N, N, (F+1)^2, channels] f32, one channel if it is grey. If two parameters vary, Q
+/// is Q_a Q_b, which `grid` in the metadata has.
 ///
 /// # Errors
 /// If a number is not finite.
 pub fn encode_brdf_table(table: &BrdfTable, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     check(table.values(), table.texel(), ErrorKind::Unwritable)?;
     let mut file = Writer::new("brdf-table", recipe);
-    file.metadata.extend(brdf_table_metadata(table).map(|(key, value)| (key.to_owned(), value)));
+    file.metadata.extend(brdf_table_metadata(table).into_iter().map(|(key, value)| (key.to_owned(), value)));
     file.data.reserve_exact(4 * table.values().len());
     file.extend_f32(table.values());
     let (size, rows) = (table.size(), table.degree().rows());
@@ -45,7 +46,19 @@ pub fn decode_brdf_table(bytes: &[u8]) -> Result<BrdfTable, Error> {
     let values: Vec<f32> = words.iter().map(|word| f32::from_le_bytes(*word)).collect();
     check(&values, rows * channels, ErrorKind::Damaged)?;
     let table = BrdfTable::new(degree(NAME, side - 1)?, size, channels, below, values).ok_or_else(wrong)?;
-    Ok(table.with_lit_from_below(lit_from_below))
+    let count = table.count();
+    let table = table.with_lit_from_below(lit_from_below);
+    let Some(words) = file.metadata.get("grid") else { return Ok(table) };
+    let grid = words.split_once(" x ").map(|(along, across)| [along, across].map(str::parse));
+    let table = match grid {
+        Some([Ok(along), Ok(across)]) => table.with_grid([along, across]),
+        _ => None,
+    };
+    table.ok_or_else(|| {
+        Error::damaged(format!(
+            "metadata `grid`: expected Q_a x Q_b of {count} materials, as in `{count} x 1`, found `{words}`"
+        ))
+    })
 }
 
 fn check(values: &[f32], texel: usize, kind: ErrorKind) -> Result<(), Error> {
@@ -83,6 +96,11 @@ mod tests {
             let tensors = describe(&bytes).unwrap().tensors;
             assert_eq!(tensors, [("c".to_owned(), "F32".to_owned(), vec![count, 3, 3, 4, channels])]);
         }
+        let grid = table(6, 1, BelowHorizon::Clamped).with_grid([2, 3]).unwrap();
+        let bytes = encode_brdf_table(&grid, None).unwrap();
+        assert_eq!(decode_brdf_table(&bytes).unwrap(), grid);
+        let shown = describe(&bytes).unwrap().metadata;
+        assert!(shown.iter().any(|(key, value)| key == "grid" && value == "2 x 3"), "{shown:?}");
     }
 
     #[test]
@@ -105,6 +123,17 @@ mod tests {
             written(&[1, 1, 1, 1, 1], "open", &[0.0]),
             "metadata `below`: expected clamped or mirrored, found `open`"
         );
+        for words in ["1 x 2", "-1 x -1", "1", "one x one"] {
+            let mut file = Writer::new("brdf-table", None);
+            for (key, value) in [("below", "clamped"), ("incident", "hemisphere"), ("grid", words)] {
+                file.entry(key, value);
+            }
+            file.extend_f32(&[0.0]);
+            file.tensor(NAME, "F32", &[1; 5]);
+            let found = decode_brdf_table(&file.finish()).unwrap_err().to_string();
+            let expected = "metadata `grid`: expected Q_a x Q_b of 1 materials, as in `1 x 1`, found ";
+            assert_eq!(found, format!("{expected}`{words}`"));
+        }
         let nan = written(&[2, 1, 1, 1, 1], "clamped", &[0.0, f32::NAN]);
         assert_eq!(nan, "tensor `c`: expected finite values; one of texel 1 is not");
         let infinite =

@@ -168,15 +168,21 @@ pub fn decode_vertex_radiance(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 3]>>, Err
     Ok(OfMesh { value: rows.to_vec(), mesh: digest(&file)? })
 }
 
-/// A number for each vertex, which says what of a table's materials is there: `blend` \[V\] f32, and the
-/// digest of the mesh in the metadata.
+/// Two numbers for each vertex, which say what of a table's materials is there: `blend` \[V, 2\] f32, or
+/// \[V\] if all second ones are 0, and the digest of the mesh in the metadata.
 ///
 /// # Errors
 /// If a number is not finite.
-pub fn encode_vertex_blend(blend: &OfMesh<Vec<f32>>, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
+pub fn encode_vertex_blend(blend: &OfMesh<Vec<[f32; 2]>>, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let mut file = Writer::new("vertex-blend", recipe);
     file.entry(MESH, blend.mesh.clone());
-    file.floats("blend", &[blend.value.len()], &blend.value)?;
+    let (count, places) = (blend.value.len(), &blend.value);
+    if places.iter().all(|[_, second]| *second == 0.0) {
+        let first: Vec<f32> = places.iter().map(|[first, _]| *first).collect();
+        file.floats("blend", &[count], &first)?;
+    } else {
+        file.floats("blend", &[count, 2], places.as_flattened())?;
+    }
     Ok(file.finish())
 }
 
@@ -184,13 +190,18 @@ pub fn encode_vertex_blend(blend: &OfMesh<Vec<f32>>, recipe: Option<&str>) -> Re
 ///
 /// # Errors
 /// The errors of [`super::decode_lighting`].
-pub fn decode_vertex_blend(bytes: &[u8]) -> Result<OfMesh<Vec<f32>>, Error> {
+pub fn decode_vertex_blend(bytes: &[u8]) -> Result<OfMesh<Vec<[f32; 2]>>, Error> {
     const NAME: &str = "blend";
-    const SHAPE: &str = "[V]";
+    const SHAPE: &str = "[V] or [V, 2]";
     let file = TensorFile::open_as(bytes, "vertex-blend")?;
     let tensor = file.tensor(NAME, Dtype::F32, SHAPE)?;
-    let &[_] = tensor.shape() else { return Err(wrong_shape(NAME, SHAPE, tensor.shape())) };
-    Ok(OfMesh { value: values(NAME, &tensor)?, mesh: digest(&file)? })
+    let numbers = values(NAME, &tensor)?;
+    let value = match tensor.shape() {
+        [_] => numbers.iter().map(|first| [*first, 0.0]).collect(),
+        [_, 2] => numbers.as_chunks::<2>().0.to_vec(),
+        other => return Err(wrong_shape(NAME, SHAPE, other)),
+    };
+    Ok(OfMesh { value, mesh: digest(&file)? })
 }
 
 fn values(name: &str, tensor: &TensorView<'_>) -> Result<Vec<f32>, Error> {
@@ -273,10 +284,14 @@ mod tests {
             let bytes = encode_vertex_radiance(&radiance, None).unwrap();
             assert_eq!(decode_vertex_radiance(&bytes).unwrap(), radiance);
         }
-        let blend = OfMesh { value: vec![0.0, 0.25, 1.0], mesh: "ef".into() };
-        let bytes = encode_vertex_blend(&blend, None).unwrap();
-        assert_eq!(decode_vertex_blend(&bytes).unwrap(), blend);
-        assert_eq!(super::super::describe(&bytes).unwrap().tensors[0].0, "blend");
+        for (second, shape) in [(0.0, vec![3]), (0.5, vec![3, 2])] {
+            let value = vec![[0.0, 0.0], [0.25, second], [1.0, 0.0]];
+            let blend = OfMesh { value, mesh: "ef".into() };
+            let bytes = encode_vertex_blend(&blend, None).unwrap();
+            assert_eq!(decode_vertex_blend(&bytes).unwrap(), blend);
+            let (name, _, found) = super::super::describe(&bytes).unwrap().tensors.remove(0);
+            assert_eq!((name.as_str(), found), ("blend", shape));
+        }
     }
 
     #[test]

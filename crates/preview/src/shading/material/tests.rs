@@ -272,12 +272,18 @@ fn of_shader(device: &(wgpu::Device, wgpu::Queue), material: &Material, pairs: &
 #[cfg(feature = "gpu")]
 fn compare(device: &(wgpu::Device, wgpu::Queue), material: &Material, s: f64) {
     let pairs = pairs();
+    // A conductor of n = 1 and k = 0 reflects nothing, as the difference of numbers near 1 that a device may
+    // round by a few units.
+    let nothing = Fresnel::Conductor { n: [1.0; 3], k: [0.0; 3] };
+    let nothing = TorranceSparrow::new(0.3, nothing, [1.0, 0.5, 0.2]).unwrap();
+    let is_nothing = *material == Material::TorranceSparrow(nothing);
+    let units = if is_nothing { 3e-7 } else { 0.0 };
     for ([light, view], found) in pairs.iter().zip(of_shader(device, material, &pairs)) {
         let expected = material.rho_hat(direction(*light), direction(*view));
         for channel in 0..3 {
             let (found, expected) = (f64::from(found[channel]), expected[channel]);
             assert!(
-                (found - expected).abs() <= allowed(expected, s, [*light, *view]),
+                (found - expected).abs() <= allowed(expected, s, [*light, *view]) + units,
                 "{material:?}\nlight {light} view {view} channel {channel}: {found} {expected}"
             );
         }

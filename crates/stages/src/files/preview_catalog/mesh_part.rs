@@ -9,7 +9,7 @@ use transfer::Transfer;
 pub(super) struct MeshPart {
     pub(super) mesh: Arc<Mesh>,
     pub(super) transfer: Option<Arc<Vec<Transfer>>>,
-    pub(super) blend: Option<Arc<Vec<f32>>>,
+    pub(super) blend: Option<Arc<Vec<[f32; 2]>>>,
 }
 
 impl MeshPart {
@@ -18,7 +18,7 @@ impl MeshPart {
         mesh: &Mesh,
         is_kept: impl Fn(Option<u32>) -> bool,
         transfer: &Option<Arc<Vec<Transfer>>>,
-        blend: &Option<Arc<Vec<f32>>>,
+        blend: &Option<Arc<Vec<[f32; 2]>>>,
     ) -> Self {
         let (part, vertices) = mesh.of_materials(is_kept);
         let matrices = |transfer: &Transfer| {

@@ -1,4 +1,5 @@
-//! What an item of a graph was made of: the nearest environment, material, lighting and table upstream.
+//! What an item of a graph was made of: the nearest environment, material, lighting, light field and table
+//! upstream.
 
 use std::collections::BTreeMap;
 
@@ -22,6 +23,8 @@ pub struct CompactMapItems {
 pub(super) struct Origin {
     pub(super) environment: Option<(ItemIndex, Rotation)>,
     pub(super) lighting: Option<ItemIndex>,
+    /// The light field; the environment and the lighting are those of its first point.
+    pub(super) light_field: Option<ItemIndex>,
     /// The lighting that was made of nothing, and its turn.
     pub(super) disks: Vec<(ItemIndex, Rotation)>,
     pub(super) material: Option<ItemIndex>,
@@ -29,6 +32,8 @@ pub(super) struct Origin {
     /// The compact map, if it is known before.
     pub(super) compact_map: Option<CompactMapItems>,
     pub(super) ancestry: Vec<ItemIndex>,
+    /// What the lightings of the other points of a light field were made of.
+    pub(super) others: Vec<ItemIndex>,
 }
 
 impl Origin {
@@ -48,15 +53,40 @@ impl Origin {
                 if plan.items[item].inputs.iter().all(Vec::is_empty) {
                     self.disks.push((item, turn));
                 }
-                self.lighting = self.lighting.or(Some(item));
+                // If the reflection was turned, none of the items is its light.
+                let is_final = turn == Rotation::IDENTITY;
+                self.lighting = self.lighting.or(is_final.then_some(item));
                 let stage = &plan.stages[plan.items[item].stage];
                 turn = turn.after(rotate::turn_of(stage));
+            }
+            Some(artifacts::LightField::TYPE) => {
+                self.light_field = self.light_field.or(Some(item));
+                let lightings = plan.items[item].inputs.iter().flatten();
+                for lighting in lightings.skip(1) {
+                    let mut other = Self::default();
+                    other.follow(plan, *lighting, turn);
+                    self.others.extend(other.ancestry);
+                }
+            }
+            Some(artifacts::Reflection::TYPE) => {
+                turn = turn.after(rotate::turn_of(&plan.stages[plan.items[item].stage]));
             }
             _ => {}
         }
         for input in plan.items[item].inputs.iter().filter_map(|arriving| arriving.first()) {
             self.follow(plan, *input, turn);
         }
+    }
+}
+
+impl Origin {
+    /// All items that were found, each after those that it needs.
+    pub(super) fn all(&mut self) -> Vec<ItemIndex> {
+        let mut all = std::mem::take(&mut self.ancestry);
+        all.append(&mut self.others);
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 }
 

@@ -41,7 +41,7 @@ pub struct SceneCache {
     scale_spaces: Recent<Digest, ScaleSpace>,
     compact_maps: Recent<[Digest; 2], CompactMap>,
     transfers: Recent<Digest, Vec<Transfer>>,
-    blends: Recent<Digest, Vec<f32>>,
+    blends: Recent<Digest, Vec<[f32; 2]>>,
     parts: Recent<PartsKey, Vec<MeshPart>>,
     /// The number of further looks, tables and compact maps that the shown mesh has: those of its own
     /// materials.
@@ -59,10 +59,16 @@ enum MeshKey {
 
 /// The inputs that a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
-/// The inputs that a look is made from: light, reflection, material, table, scale space and taps, sizes, and
-/// whether its maps hold the lamps and it has the material's texture.
-type LookKey =
-    (LightKey, Option<Digest>, Option<Digest>, Option<Digest>, Option<[Digest; 2]>, (MapSizes, [bool; 2]));
+/// The inputs that a look is made from: light, reflection, material, table and light field, scale space and
+/// taps, sizes, and whether its maps hold the lamps and it has the material's texture.
+type LookKey = (
+    LightKey,
+    Option<Digest>,
+    Option<Digest>,
+    [Option<Digest>; 2],
+    Option<[Digest; 2]>,
+    (MapSizes, [bool; 2]),
+);
 
 /// What the parts of a mesh are made from: the mesh, its transfer, its blend, and the part of each of its
 /// materials.
@@ -78,7 +84,7 @@ struct EntryLook {
 #[derive(Default)]
 struct AtVertices {
     transfer: Option<Arc<Vec<Transfer>>>,
-    blend: Option<Arc<Vec<f32>>>,
+    blend: Option<Arc<Vec<[f32; 2]>>>,
 }
 
 impl SceneCache {
@@ -226,7 +232,7 @@ impl SceneCache {
         catalog: &PreviewCatalog,
         results: &ResultsSnapshot,
         mesh: &str,
-    ) -> Option<Arc<Vec<f32>>> {
+    ) -> Option<Arc<Vec<[f32; 2]>>> {
         let (mesh, item) = (catalog.mesh_item(mesh)?, catalog.blend_item(mesh)?);
         let made = results.get(item)?;
         let of_mesh = results.get(mesh)?.digest().to_string();
@@ -326,25 +332,32 @@ impl SceneCache {
             Ok((material.get::<artifacts::Material>()?.0.clone(), texture))
         };
         let table = self.table(plan, results, entry);
-        let table_digest = table.as_ref().map(|(digest, _)| *digest);
+        let field = entry.light_field.filter(|item| is_current(plan, results, entry, *item));
+        let field = field.and_then(|item| results.get(item));
+        let at_vertices =
+            [table.as_ref().map(|(digest, _)| *digest), field.as_ref().map(|field| field.digest())];
+        let read_field = || -> Result<_, Failure> {
+            let field = field.as_ref().map(|field| field.get::<artifacts::LightField>()).transpose()?;
+            Ok(field.map(|field| Arc::new(field.0.clone())))
+        };
         let table = table.map(|(_, table)| table);
         let compact_map = self.compact_map(plan, results, entry);
         let compact_digests = compact_map.as_ref().map(|(digests, _)| *digests);
         let compact_map = compact_map.map(|(_, map)| map);
         if let (false, Some(material)) = (is_made, &material) {
-            let key = (light_key, None, material_digest, table_digest, compact_digests, kept);
+            let key = (light_key, None, material_digest, at_vertices, compact_digests, kept);
             let make = || {
                 let (material, texture) = read(material)?;
                 let look = Look::without_maps(light, material, entry.sizes);
-                Ok(look.with_table(table).with_compact_map(compact_map).with_base_color(texture))
+                let look = look.with_compact_map(compact_map).with_base_color(texture);
+                Ok(look.with_table(table).with_light_field(read_field()?))
             };
             return self.looks.get(self.kept(LOOKS), key, make);
         }
         let item =
             entry.reflection.ok_or_else(|| Failure::new("no stage reflects light off this material"))?;
         let reflection = handle(plan, results, item)?;
-        let key =
-            (light_key, Some(reflection.digest()), material_digest, table_digest, compact_digests, kept);
+        let key = (light_key, Some(reflection.digest()), material_digest, at_vertices, compact_digests, kept);
         self.looks.get(self.kept(LOOKS), key, || {
             let (material, texture) = material.as_deref().map(read).transpose()?.unzip();
             let look = if artifact(plan, item) == Some(artifacts::Shrm::TYPE) {
@@ -354,8 +367,8 @@ impl SceneCache {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
                 Look::new(light, reflection, material, entry.sizes).with_lamps_in_maps(entry.holds_lamps)
             };
-            let look = look.with_base_color(texture.flatten());
-            Ok(look.with_table(table).with_compact_map(compact_map))
+            let look = look.with_base_color(texture.flatten()).with_compact_map(compact_map);
+            Ok(look.with_table(table).with_light_field(read_field()?))
         })
     }
 
@@ -429,7 +442,9 @@ impl SceneCache {
                 environment = preview::lit(&environment, &added).ok_or_else(not_finite)?;
             }
             let lighting = lighting.map(|lighting| lighting.get::<artifacts::Lighting>()).transpose()?;
-            Ok(Light::new(environment, lighting.map(|lighting| lighting.0.whole())))
+            let lamps = lighting.as_ref().map_or(Vec::new(), |lighting| lighting.0.lights.clone());
+            let whole = lighting.map(|lighting| lighting.0.whole());
+            Ok(Light::new(environment, whole).with_lamps(lamps))
         })?;
         Ok((key, light))
     }

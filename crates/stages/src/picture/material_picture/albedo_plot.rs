@@ -1,11 +1,12 @@
 //! The albedo of a material by the angle of the view: a curve for each of red, green and blue.
 
 use brdf::Material;
+use envmap::luminance;
 use preview::drawing::{Align, Canvas, Rect, Style};
 use rayon::prelude::*;
 use sphere::Direction;
 
-use super::curve::{Curve, draw_curves, luminance};
+use super::curve::{Curve, draw_curves};
 use crate::picture::sheet::{short, theme};
 
 /// The angles of the views from the normal, in degrees: closer together toward the horizon, where Fresnel's

@@ -16,8 +16,9 @@ use std::f64::consts::{PI, TAU};
 
 use brdf::Material;
 use envmap::Environment;
+use preview::PointSet;
 use preview::shading::lobe_sampling::LobeSampling;
-use preview::shading::sequence;
+use preview::shading::sequence::Sequence;
 use sphere::{DMat3, DVec3, Direction, LatLong};
 
 use crate::picture::ball_camera::{draw, inside};
@@ -152,7 +153,7 @@ fn reflected(
     // Lobes are sampled in f32; rho_hat sees the same view and the same light.
     let view32 = (to_surface * -DVec3::X).as_vec3();
     let view = Direction::normalised(view32.as_dvec3());
-    let shift = sequence::shift(0);
+    let sequence = Sequence::new(PointSet::Even, 0);
     let mut sum = [0.0; 3];
     let mut add = |incident: Direction, factor: f64| {
         let rho_hat = material.rho_hat(incident, view);
@@ -163,7 +164,7 @@ fn reflected(
     let weighted = |radiance: f64, own: f64, other: f64| radiance * own / (own * own + other * other);
     let [lobe_count, lamp_count] = [samples.lobes, samples.lamp].map(f64::from);
     for i in 0..samples.lobes {
-        let incident32 = lobes.sample(sequence::point(shift, point * samples.lobes + i), view32);
+        let incident32 = lobes.sample(sequence.point(point * samples.lobes + i), view32);
         let density = f64::from(lobes.density(incident32, view32));
         if density > 0.0 {
             let incident = Direction::normalised(incident32.as_dvec3());
@@ -174,7 +175,7 @@ fn reflected(
         }
     }
     for i in 0..samples.lamp {
-        let w = light.sample(sequence::point(shift, point * samples.lamp + i).map(f64::from));
+        let w = light.sample(sequence.point(point * samples.lamp + i).map(f64::from));
         let incident32 = (to_surface * w).as_vec3();
         let density = f64::from(lobes.density(incident32, view32));
         let lamp = weighted(light.radiance, lamp_count / light.solid_angle, lobe_count * density);
@@ -287,7 +288,7 @@ mod tests {
         let count = 4096;
         let mut sum = 0.0;
         for i in 0..count {
-            let w = light.sample(sequence::point(sequence::shift(0), i).map(f64::from));
+            let w = light.sample(Sequence::new(PointSet::Even, 0).point(i).map(f64::from));
             assert!(
                 (w.length() - 1.0).abs() < 1e-12 && w.angle_between(light.lamp.z_axis) < LAMP_RADIUS + 1e-9
             );

@@ -41,11 +41,6 @@ pub(super) fn draw_curves(canvas: &mut Canvas, curves: &[Curve], section: f64) {
     }
 }
 
-/// The luminance of linear Rec. 709.
-pub(super) fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

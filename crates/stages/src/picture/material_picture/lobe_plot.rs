@@ -8,11 +8,12 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use brdf::Material;
+use envmap::luminance;
 use preview::drawing::{Align, Canvas, Rect, Style};
 use rayon::prelude::*;
 use sphere::Direction;
 
-use super::curve::{Curve, draw_curves, luminance};
+use super::curve::{Curve, draw_curves};
 use crate::picture::sheet::{power_of_ten, theme};
 
 /// The angles of the light from the normal, in degrees, and the colours of their lobes.

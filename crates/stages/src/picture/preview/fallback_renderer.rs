@@ -74,7 +74,7 @@ mod tests {
 
     use brdf::{Choice, Lambert, Material, project};
     use engine::Reporter;
-    use preview::{Background, Camera, Light, Look, MapSizes, Mode, Show};
+    use preview::{Background, Camera, Light, Look, MapSizes, Mode, PointSet, Show};
     use sh::{Degree, Expansion, Stop};
     use sphere::{LatLong, Rotation};
 
@@ -116,6 +116,7 @@ mod tests {
             exposure: 0.0,
             tone: envmap::ToneMap::Plain,
             light_samples: 1,
+            points: PointSet::Even,
         }
     }
 

@@ -82,8 +82,23 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
         None => None,
     };
     let look = look.with_table(table).with_compact_map(compact_map).with_base_color(texture);
+    let look = look.with_light_field(light_field(settings, context)?);
     let scene = Scene::of(Arc::new(mesh), Arc::new(look));
     Ok(scene.with_transfer(transfer).with_blend(blend))
+}
+
+/// The light field, if one is connected; a mode ought to show it.
+fn light_field(
+    settings: &SceneSettings,
+    context: &Context<'_>,
+) -> Result<Option<Arc<transfer::LightField>>, Failure> {
+    let Some(field) = context.inputs.optional::<artifacts::LightField>("light-field")? else {
+        return Ok(None);
+    };
+    if !settings.modes.iter().any(|mode| mode.looks_up_table()) {
+        context.reporter.warn("no mode shows the light-field: \"table\" and \"transfer\" do");
+    }
+    Ok(Some(Arc::new(field.0.clone())))
 }
 
 /// The compact map of a scale space and taps, if both are connected; the scale space ought to be that of this

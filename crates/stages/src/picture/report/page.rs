@@ -6,14 +6,16 @@ use containers::{escape_html as escape, recipe_element};
 use engine::Failure;
 
 use crate::map::{COMPONENT_EDGE, RESOLUTION};
+use crate::picture::data_uri;
 use crate::picture::report::advice::word;
 use crate::picture::report::cuts::TablePictures;
+use crate::picture::report::degree_pictures::DegreePictures;
 use crate::picture::report::figures::{Method, PairFigures, Report};
 use crate::picture::report::markup::Markup;
-use crate::picture::report::picture::{data_uri, difference};
+use crate::picture::report::picture::difference;
 use crate::picture::report::rig_pictures::RigPictures;
 use crate::picture::report::{
-    rigs_section, sampling_section, summary_section, tables_section, trade_section,
+    degrees_section, rigs_section, sampling_section, summary_section, tables_section, trade_section,
 };
 use crate::values::percent;
 
@@ -34,6 +36,7 @@ pub(crate) struct PagePictures {
     pub(crate) tables: TablePictures,
     /// The pictures of rigs, in the order of the report's rigs.
     pub(crate) rigs: Vec<RigPictures>,
+    pub(crate) degrees: DegreePictures,
 }
 
 /// The HTML of a report.
@@ -57,6 +60,9 @@ pub(crate) fn page(
         maps(&mut page, title, report, &pictures.maps)?;
     } else {
         page.put(format_args!("<h1>{}</h1>\n", escape(title)));
+    }
+    if !report.degrees.pairs.is_empty() {
+        degrees_section::section(&mut page, report, &pictures.degrees)?;
     }
     if !report.tables.is_empty() {
         tables_section::section(&mut page, report, &pictures.tables)?;

@@ -1,14 +1,4 @@
-//! Pictures inside the page: PNG files as `data:` URIs.
-
-use base64::prelude::{BASE64_STANDARD, Engine};
-use containers::write_png;
-use engine::Failure;
-
-/// The `src` of an image of 8-bit sRGB pixels, rows from the top.
-pub(crate) fn data_uri(width: usize, height: usize, pixels: &[[u8; 3]]) -> Result<String, Failure> {
-    let png = write_png(width, height, pixels, None)?;
-    Ok(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(&png)))
-}
+//! Differences of pictures inside the page.
 
 /// The difference of two pictures as shown, times `amplify`, cut at white.
 pub(crate) fn difference(a: &[[u8; 3]], b: &[[u8; 3]], amplify: f64) -> Vec<[u8; 3]> {

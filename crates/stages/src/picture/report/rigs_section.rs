@@ -3,9 +3,10 @@
 use containers::escape_html as escape;
 use engine::Failure;
 
+use crate::picture::data_uri;
 use crate::picture::report::figures::{Report, RigFigures, RigMethod, RigSphere};
 use crate::picture::report::markup::Markup;
-use crate::picture::report::picture::{data_uri, difference};
+use crate::picture::report::picture::difference;
 use crate::picture::report::rig_pictures::{LIGHTS, PICTURE, RigPictures, SHOWN};
 use crate::values::percent;
 

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
-use brdf::{BrdfCoefficients, Choice, Part, project};
+use brdf::{BrdfCoefficients, Choice, Part, Projection, project};
 use containers::tensors::MaterialTaps;
 use engine::{Failure, Reporter};
 use shrm::{MapViews, MeanLobe, Plain, Reflection};
@@ -22,9 +22,9 @@ pub(crate) struct Studied<'a> {
     pub(crate) material: Cow<'a, brdf::Material>,
     /// The diffuse and the specular part, of a material that has both.
     parts: OnceCell<Option<Box<[Studied<'static>; 2]>>>,
-    full: OnceCell<BrdfCoefficients>,
+    full: OnceCell<Projection>,
     /// The coefficients of degrees that the report's parameters give.
-    given: OnceCell<BrdfCoefficients>,
+    given: OnceCell<Projection>,
     /// The material's lobe for a small light, in the mean over all views.
     mean: OnceCell<MeanLobe>,
     /// The material's lobes for a small light, in the mean over the views at each angle of a 3D texture.
@@ -71,20 +71,25 @@ impl<'a> Studied<'a> {
 
     /// The coefficients that `project-brdf` makes by default.
     pub(crate) fn full(&self, reporter: &Reporter) -> Result<&BrdfCoefficients, Failure> {
+        Ok(&self.projection(reporter)?.coefficients)
+    }
+
+    /// Those coefficients, and the material's energy.
+    pub(crate) fn projection(&self, reporter: &Reporter) -> Result<&Projection, Failure> {
         projected(&self.full, &self.material, Choice::Full, reporter)
     }
 }
 
 fn projected<'a>(
-    cell: &'a OnceCell<BrdfCoefficients>,
+    cell: &'a OnceCell<Projection>,
     material: &brdf::Material,
     choice: Choice,
     reporter: &Reporter,
-) -> Result<&'a BrdfCoefficients, Failure> {
+) -> Result<&'a Projection, Failure> {
     if let Some(made) = cell.get() {
         return Ok(made);
     }
-    let made = reporter.until_stopped(|stop| project(material, choice, stop))?.coefficients;
+    let made = reporter.until_stopped(|stop| project(material, choice, stop))?;
     Ok(cell.get_or_init(|| made))
 }
 
@@ -115,14 +120,14 @@ pub(crate) fn reflection_of(
         }
         Some(choice) => {
             let series = lit.full(reporter)?.whole();
-            let brdf = projected(&material.given, &material.material, choice, reporter)?;
+            let brdf = &projected(&material.given, &material.material, choice, reporter)?.coefficients;
             let field = Reflection::convolve(&series, brdf);
             match material.maps() {
                 Some([diffuse, specular]) => {
                     // Those of the whole, as `project-brdf` has it.
                     let choice = Choice::Degree { f: brdf.f(), p: brdf.p() };
                     let part = |part: &Studied<'_>| -> Result<_, Failure> {
-                        let brdf = projected(&part.given, &part.material, choice, reporter)?;
+                        let brdf = &projected(&part.given, &part.material, choice, reporter)?.coefficients;
                         Ok(Reflection::convolve(&series, brdf))
                     };
                     field.with_parts([part(diffuse)?, part(specular)?])

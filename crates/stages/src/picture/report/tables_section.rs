@@ -4,10 +4,11 @@ use containers::escape_html as escape;
 use engine::Failure;
 use sh::Window;
 
+use crate::picture::data_uri;
 use crate::picture::report::cuts::{MAX_CUT, PICTURE, SHOWN, TablePictures};
 use crate::picture::report::figures::{Cut, Report, TablePair};
 use crate::picture::report::markup::Markup;
-use crate::picture::report::picture::{data_uri, difference};
+use crate::picture::report::picture::difference;
 use crate::values::percent;
 
 /// The section: advice, the spheres under each environment, and the energy of each degree.
@@ -19,7 +20,7 @@ pub(crate) fn section(text: &mut Markup, report: &Report, pictures: &TablePictur
              coefficients. A degree is good if the relative RMS error of the sphere, compared with brute force, is at \
              most {error}. Where none is, the material shows lamps that are sharper than F = {MAX_CUT}.</p>\n<div \
              class=\"scroll\"><table><thead><tr><th>Material</th><th>Use under all</th>",
-            if report.pairs.is_empty() { " class=\"first\"" } else { "" }
+            if report.pairs.is_empty() && report.degrees.pairs.is_empty() { " class=\"first\"" } else { "" }
         ),
     );
     let environments: Vec<&str> =

@@ -3,8 +3,8 @@
 
 use containers::escape_html as escape;
 
+use crate::picture::report::chart::{Axis, Chart, ChartPoint, ChartSeries, ChartSize};
 use crate::picture::report::figures::{Technique, Trade, TradePoint, TradeSeries};
-use crate::picture::report::log_chart::{ChartPoint, ChartSeries, LogChart};
 use crate::picture::report::markup::Markup;
 pub(crate) use crate::picture::report::trade_advice::LIMITS;
 use crate::values::quantity::size;
@@ -17,7 +17,12 @@ pub(crate) fn section(page: &mut Markup, trade: &Trade) {
     ));
     let chart = |page: &mut Markup, title, axis, tick, value: fn(&TradePoint) -> f64| {
         let series: Vec<ChartSeries> = trade.series.iter().map(|series| of_series(series, value)).collect();
-        LogChart { title, axis, tick, series: &series, limit: LIMITS.p95 }.draw(page);
+        let at = |axis: usize| {
+            series.iter().flat_map(move |series| &series.points).map(move |point| point.at[axis])
+        };
+        let (x, y) = (Axis::over(at(0), tick), Axis::stops(at(1)));
+        let (limit, size) = ((LIMITS.p95, ""), ChartSize::LARGE);
+        Chart { title, axis, x, y, series: &series, dots: true, limit, marks: &[], size }.draw(page);
     };
     chart(page, "Error (p95) in stops, by bytes", "bytes of textures and lights", bytes_tick, |point| {
         point.bytes as f64

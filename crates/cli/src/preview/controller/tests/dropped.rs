@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 
-use engine::{BuildOptions, Kinds};
+use engine::{BuildOptions, Cancel, Kinds};
 use parking_lot::Mutex;
 
 use super::super::*;
@@ -70,7 +70,7 @@ impl Folder {
     }
 
     fn surroundings(&self) -> Surroundings<'_> {
-        Surroundings::new(&self.project, &self.screenshots, &self.kinds, true)
+        Surroundings::new(&self.project, &self.screenshots, &self.kinds)
     }
 }
 

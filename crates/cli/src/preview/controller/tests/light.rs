@@ -17,7 +17,7 @@ fn proposal(updates: &Receiver<PreviewUpdate>) -> (Vec<String>, Vec<String>) {
 fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it() {
     let project = TestProject::built();
     let before = fs::read_to_string(&project.manifest).unwrap();
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) = around.with_window([planned(), show("gold"), ended()]);
     received(&updates);
     controller.handle_all([PreviewMessage::ProposeLight(TURN)]);
@@ -40,7 +40,7 @@ fn the_light_is_written_as_proposed_and_turned_back_with_the_scene_that_has_it()
 #[test]
 fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_proposal_holds() {
     let project = TestProject::built();
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (mut controller, updates) =
         around.with_window([planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let (lines, _) = proposal(&updates);
@@ -73,7 +73,7 @@ fn a_manifest_that_changed_meanwhile_is_read_again_and_written_only_if_the_propo
 fn files_without_a_manifest_have_none_to_write_to() {
     let mut project = TestProject::built();
     project.project.files = vec![project.path("paint/gold.toml")];
-    let around = project.surroundings(true);
+    let around = project.surroundings();
     let (_controller, updates) =
         around.with_window([planned(), show("gold"), ended(), PreviewMessage::ProposeLight(TURN)]);
     let line = received(&updates).into_iter().find(|line| line.starts_with("toast: ")).unwrap();

@@ -1,0 +1,296 @@
+//! The text of a page: its data as JSON, and the HTML around them.
+
+use containers::{escape_html, recipe_element};
+use mesh::Mesh;
+use preview::web;
+use serde::Serialize;
+
+use crate::Form;
+use crate::blobs::{Blobs, Numbers, ViewEntry};
+
+/// Everything that a page shows.
+#[derive(Debug, Default, Serialize)]
+pub struct Document {
+    /// The version of these data.
+    schema: u32,
+    title: String,
+    /// Whether a server sends what is shown; then the lists below are empty at first.
+    is_live: bool,
+    /// The environments.
+    pub environments: Vec<EnvironmentEntry>,
+    /// What the background reads, of each environment.
+    pub skies: Vec<ViewEntry>,
+    /// The names of the materials.
+    pub materials: Vec<String>,
+    /// The meshes.
+    pub meshes: Vec<MeshEntry>,
+    modes: Vec<ModeEntry>,
+    vertex: usize,
+    background: ProgramEntry,
+    difference: ProgramEntry,
+    /// The materials under environments.
+    pub pairs: Vec<PairEntry>,
+    /// What the page is too small for.
+    pub left_out: Vec<String>,
+}
+
+/// The shaders of a program, by their places.
+#[derive(Debug, Default, Serialize)]
+struct ProgramEntry {
+    vertex: usize,
+    fragment: usize,
+}
+
+/// An environment.
+#[derive(Debug, Serialize)]
+pub struct EnvironmentEntry {
+    /// Its name.
+    pub name: String,
+    /// The exposure that suits it, in stops.
+    pub exposure: f64,
+}
+
+/// A form.
+#[derive(Debug, Serialize)]
+struct ModeEntry {
+    name: &'static str,
+    label: &'static str,
+}
+
+/// Within how many stops 95 % and 99 % of a sphere's pixels are.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FormError {
+    /// Within how many stops 95 % are.
+    pub p95: f64,
+    /// Within how many stops 99 % are.
+    pub p99: f64,
+}
+
+/// A mesh: its name, and where its numbers are.
+#[derive(Debug, Serialize)]
+pub struct MeshEntry {
+    name: String,
+    centre: [f64; 3],
+    radius: f64,
+    /// The places of vertices less the centre, divided by the radius; -1 to 1 is written as -32767 to 32767.
+    positions: Numbers,
+    /// The normals of vertices, written in the same way.
+    normals: Numbers,
+    /// The tangents of vertices, written in the same way.
+    tangents: Numbers,
+    /// The numbers of the vertices of each triangle.
+    triangles: Numbers,
+}
+
+impl MeshEntry {
+    /// Adds the numbers of a mesh.
+    pub fn new(name: String, mesh: &Mesh, blobs: &mut Blobs) -> Self {
+        let (centre, radius) = mesh.bounds();
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let mut words = |values: &mut dyn Iterator<Item = f64>| {
+            let words: Vec<_> =
+                values.map(|value| ((32767.0 * value).round() as i16).to_le_bytes()).collect();
+            blobs.numbers(&words, 3)
+        };
+        let places = mesh.positions().iter();
+        let places = places.flat_map(|place| [0, 1, 2].map(|k| (f64::from(place[k]) - centre[k]) / radius));
+        let positions = words(&mut { places });
+        let normals = words(&mut mesh.normals().as_flattened().iter().map(|value| f64::from(*value)));
+        let tangents = mesh.tangents().iter().flat_map(|[x, y, z, _]| [*x, *y, *z].map(f64::from));
+        let tangents = words(&mut { tangents });
+        let corners = mesh.triangles().as_flattened();
+        let triangles = match mesh.positions().len() <= 1 << 16 {
+            true => blobs
+                .numbers(&corners.iter().map(|corner| (*corner as u16).to_le_bytes()).collect::<Vec<_>>(), 1),
+            false => blobs.numbers(&corners.iter().map(|corner| corner.to_le_bytes()).collect::<Vec<_>>(), 1),
+        };
+        Self { name, centre, radius, positions, normals, tangents, triangles }
+    }
+}
+
+/// A material under an environment, by their places.
+#[derive(Debug, Serialize)]
+pub struct PairEntry {
+    environment: usize,
+    material: usize,
+    /// The forms that the page has of it.
+    pub views: Vec<FormEntry>,
+}
+
+impl PairEntry {
+    /// A pair without a view.
+    pub fn new(environment: usize, material: usize) -> Self {
+        Self { environment, material, views: Vec::new() }
+    }
+}
+
+/// A form of a pair.
+#[derive(Debug, Serialize)]
+pub struct FormEntry {
+    mode: usize,
+    #[serde(flatten)]
+    view: ViewEntry,
+    /// The bytes of the exported files.
+    pub bytes: Option<u64>,
+    /// How far it is from brute force.
+    pub error: Option<FormError>,
+    /// The texels of maps that a pixel reads, and the lights that it adds.
+    fetches: usize,
+    lights: usize,
+    /// What a reader ought to know.
+    pub note: String,
+}
+
+impl FormEntry {
+    /// The form at a place of the document's list ([`Document::form`]), and what it is drawn with.
+    pub fn new(form: usize, view: ViewEntry, cost: web::Cost) -> Self {
+        let web::Cost { fetches, lights } = cost;
+        Self { mode: form, view, bytes: None, error: None, fetches, lights, note: String::new() }
+    }
+}
+
+impl Document {
+    /// A page with the shaders that every page has.
+    pub fn new(title: &str, blobs: &mut Blobs) -> Self {
+        let mut add = |text: &str| blobs.add(text.as_bytes());
+        let sky = add(web::SKY_VERTEX);
+        Self {
+            schema: 1,
+            title: title.to_owned(),
+            vertex: add(web::MESH_VERTEX),
+            background: ProgramEntry { vertex: sky, fragment: add(web::SKY_FRAGMENT) },
+            difference: ProgramEntry { vertex: sky, fragment: add(web::DIFFERENCE_FRAGMENT) },
+            ..Self::default()
+        }
+    }
+
+    /// A page that shows what a server sends, in any form.
+    pub(crate) fn live(title: &str, blobs: &mut Blobs) -> Self {
+        let mut document = Self { is_live: true, ..Self::new(title, blobs) };
+        for form in Form::ALL {
+            document.form(form);
+        }
+        document
+    }
+
+    /// The place of a material, which is added if it is new.
+    pub fn material(&mut self, name: &str) -> usize {
+        self.materials.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.materials.push(name.to_owned());
+            self.materials.len() - 1
+        })
+    }
+
+    /// The place of a form, which is added if it is new.
+    pub fn form(&mut self, form: Form) -> usize {
+        let name = form.mode().name();
+        self.modes.iter().position(|known| known.name == name).unwrap_or_else(|| {
+            self.modes.push(ModeEntry { name, label: form.label() });
+            self.modes.len() - 1
+        })
+    }
+
+    /// The whole page in one file. `recipe` says what it was made from, and `pictures` are figures of HTML
+    /// for browsers that cannot draw it.
+    ///
+    /// # Errors
+    /// If a number of the document is not finite.
+    pub fn file(&self, blobs: &Blobs, recipe: &str, pictures: &str) -> serde_json::Result<String> {
+        // The page is as safe as its own text: nothing but it is loaded.
+        let policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; \
+                      script-src 'unsafe-inline'";
+        Ok(filled(&[
+            ("POLICY", format!("<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">")),
+            ("TITLE", escape_html(&self.title)),
+            ("RECIPE", recipe_element(recipe)),
+            ("STYLE", format!("<style>\n{STYLE}</style>")),
+            ("SCRIPT", format!("<script>\n{}</script>", script())),
+            ("FALLBACK", pictures.to_owned()),
+            ("DATA", self.json()?),
+            ("BLOBS", blobs.elements()),
+        ]))
+    }
+
+    /// The page that a server sends: its style and script are files beside it, [`STYLE`] and [`script`].
+    ///
+    /// # Errors
+    /// If a number of the document is not finite.
+    pub(crate) fn served(&self) -> serde_json::Result<String> {
+        Ok(filled(&[
+            ("POLICY", String::new()),
+            ("TITLE", escape_html(&self.title)),
+            ("RECIPE", String::new()),
+            ("STYLE", "<link rel=\"stylesheet\" href=\"page.css\">".to_owned()),
+            ("SCRIPT", "<script src=\"page.js\"></script>".to_owned()),
+            ("FALLBACK", String::new()),
+            ("DATA", self.json()?),
+            ("BLOBS", String::new()),
+        ]))
+    }
+
+    /// The data as JSON in which an escaped `<` cannot end the element that holds it.
+    fn json(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
+    }
+}
+
+/// The style of a page.
+pub(crate) const STYLE: &str = include_str!("page.css");
+
+/// The script of a page.
+pub(crate) fn script() -> String {
+    let parts = [
+        include_str!("data.js"),
+        include_str!("camera.js"),
+        include_str!("renderer.js"),
+        include_str!("interface.js"),
+        include_str!("live.js"),
+        include_str!("editor.js"),
+        include_str!("start.js"),
+    ];
+    parts.concat()
+}
+
+/// The template with its parts.
+fn filled(parts: &[(&str, String)]) -> String {
+    let template = include_str!("page.html");
+    let mut pieces = template.split("{{");
+    let mut page = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let (name, after) = piece.split_once("}}").unwrap_or((piece, ""));
+        let part = parts.iter().find(|(known, _)| *known == name);
+        page += part.map_or("", |(_, text)| text);
+        page += after;
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_has_every_part_of_its_template() {
+        let mut blobs = Blobs::default();
+        let document = Document::new("a < b", &mut blobs);
+        let file = document.file(&blobs, "{}", "<p>a picture</p>").unwrap();
+        let served = Document::live("a < b", &mut blobs).served().unwrap();
+        for page in [&file, &served] {
+            assert!(!page.contains("{{") && !page.contains("}}") && page.contains("a &lt; b"));
+        }
+        for (part, is_in_file) in
+            [("<style>", true), ("'use strict'", true), ("blob-0", true), ("page.js", false)]
+        {
+            assert_eq!([file.contains(part), served.contains(part)], [is_in_file, !is_in_file], "{part}");
+        }
+        assert!(file.contains("default-src 'none'") && file.contains("<p>a picture</p>"));
+    }
+
+    #[test]
+    fn all_names_of_the_template_are_known() {
+        let names =
+            include_str!("page.html").split("{{").skip(1).map(|piece| piece.split_once("}}").unwrap().0);
+        let known = ["BLOBS", "DATA", "FALLBACK", "POLICY", "RECIPE", "SCRIPT", "STYLE", "TITLE"];
+        assert!(names.clone().all(|name| known.contains(&name)), "{:?}", names.collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,78 @@
+//! The forms of a reflection that a page shows.
+
+use preview::Mode;
+
+/// A form of a reflection, in the order in which a page of limited size keeps them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The compact map.
+    Compact,
+    /// The local SHRM.
+    Shrm,
+    /// Cabral's twelve maps.
+    Cabral,
+    /// Kautz and McCool's 3D texture.
+    KautzMcCool,
+    /// One reflection map, the mean over all views.
+    Plain,
+    /// A white diffuse surface.
+    Irradiance,
+    /// A perfect mirror.
+    Mirror,
+}
+
+impl Form {
+    /// All forms.
+    pub const ALL: [Self; 7] = [
+        Self::Compact,
+        Self::Shrm,
+        Self::Cabral,
+        Self::KautzMcCool,
+        Self::Plain,
+        Self::Irradiance,
+        Self::Mirror,
+    ];
+
+    /// The mode of the preview that shows it.
+    pub fn mode(self) -> Mode {
+        match self {
+            Self::Compact => Mode::Taps,
+            Self::Shrm => Mode::LocalShrm,
+            Self::Cabral => Mode::Cabral,
+            Self::KautzMcCool => Mode::KautzMcCool,
+            Self::Plain => Mode::Prefiltered,
+            Self::Irradiance => Mode::Irradiance,
+            Self::Mirror => Mode::Mirror,
+        }
+    }
+
+    /// The name that people read.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Compact => "Compact map",
+            Self::Shrm => "SHRM",
+            Self::Cabral => "Cabral's maps",
+            Self::KautzMcCool => "Kautz-McCool",
+            Self::Plain => "Plain reflection map",
+            Self::Irradiance => "Matte white",
+            Self::Mirror => "Perfect mirror",
+        }
+    }
+
+    /// The kind of stage that exports it.
+    pub(crate) fn exporter(self) -> Option<&'static str> {
+        match self {
+            Self::Compact => Some("export-taps"),
+            Self::Shrm => Some("export-shrm"),
+            Self::Cabral => Some("export-cabral"),
+            Self::KautzMcCool => Some("export-kautz-mccool"),
+            Self::Plain => Some("export-reflection-map"),
+            Self::Irradiance | Self::Mirror => None,
+        }
+    }
+
+    /// Whether it shows the material.
+    pub fn shows_material(self) -> bool {
+        self.exporter().is_some()
+    }
+}

@@ -1,0 +1,391 @@
+#version 300 es
+
+precision highp float;
+precision highp int;
+
+struct MapUniforms {
+    uint centre;
+    uint edge;
+    uint degree;
+    uint zonal;
+    uint slices;
+    uint coarse_edge;
+    float share;
+};
+struct Surface {
+    vec3 normal;
+    vec3 tangent;
+    vec3 view;
+};
+struct Texel {
+    uint face;
+    uint column;
+    uint row;
+};
+struct Taps {
+    Texel texel[4];
+    vec4 weight;
+};
+struct OnFace {
+    uint face;
+    vec2 at;
+    float distance_;
+};
+struct PageVertex {
+    vec4 position;
+    vec3 normal;
+    vec3 tangent;
+    vec3 ray;
+};
+struct PageUniforms {
+    mat4x4 clip;
+    mat3x3 to_light;
+    vec3 eye;
+    float gain;
+    vec3 ray_right;
+    uint tone;
+    vec3 ray_up;
+    uint raw;
+    vec3 ray_forward;
+    float amplify;
+};
+const uint CENTRE_REFLECTION = 0u;
+const uint CENTRE_NORMAL = 1u;
+const uint CENTRE_TANGENT = 2u;
+const uint DEVELOP_PLAIN = 0u;
+const uint DEVELOP_FILMIC = 1u;
+const mat3x3 DEVELOP_INTO_ACES = mat3x3(vec3(0.59719, 0.076, 0.0284), vec3(0.35458, 0.90834, 0.13383), vec3(0.04823, 0.01566, 0.83777));
+const mat3x3 DEVELOP_FROM_ACES = mat3x3(vec3(1.60475, -0.10208, -0.00327), vec3(-0.53108, 1.10813, -0.07276), vec3(-0.07367, -0.00605, 1.07602));
+
+layout(std140) uniform map_uniforms_block { MapUniforms map_uniforms; };
+
+uniform highp sampler2DArray map;
+
+layout(std140) uniform page_block { PageUniforms page; };
+
+smooth in vec3 _vs2fs_location0;
+smooth in vec3 _vs2fs_location1;
+smooth in vec3 _vs2fs_location2;
+layout(location = 0) out vec4 _fs2p_location0;
+
+float angles_angle(float y, float x) {
+    float low = min(abs(x), abs(y));
+    float high = max(abs(x), abs(y));
+    if ((high == 0.0)) {
+        return 0.0;
+    }
+    bool is_far = (low > (0.41421357 * high));
+    float t = ((is_far ? (low - high) : low) / (is_far ? (low + high) : high));
+    float z = (t * t);
+    float series = (-0.3333295 + (z * (0.1997771 + (z * (-0.13877685 + (z * 0.08053745))))));
+    float small = ((t + ((t * z) * series)) + (is_far ? 0.7853982 : 0.0));
+    float right = ((abs(y) > abs(x)) ? (1.5707964 - small) : small);
+    float upper = ((x < 0.0) ? (3.1415927 - right) : right);
+    return ((y < 0.0) ? -(upper) : upper);
+}
+
+vec3 surface_unit_or(vec3 v, vec3 other) {
+    float square = dot(v, v);
+    if ((square > 1e-24)) {
+        return (v / vec3(sqrt(square)));
+    }
+    return other;
+}
+
+vec3 surface_across(vec3 normal) {
+    vec3 other_1 = ((abs(normal.z) < 0.9) ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0));
+    return normalize(cross(other_1, normal));
+}
+
+Surface surface_new(vec3 normal_1, vec3 tangent, vec3 ray, bool front_1) {
+    vec3 n = vec3(0.0);
+    bool local = false;
+    vec3 view = -(normalize(ray));
+    vec3 _e8 = surface_unit_or((front_1 ? normal_1 : -(normal_1)), view);
+    n = _e8;
+    vec3 _e10 = n;
+    float cosine = dot(_e10, view);
+    if ((cosine < 0.001)) {
+        vec3 _e14 = n;
+        n = normalize((_e14 + (view * (0.001 - cosine))));
+    }
+    vec3 _e20 = n;
+    vec3 _e21 = n;
+    vec3 rest = (tangent - (_e20 * dot(_e21, tangent)));
+    float square_1 = dot(rest, rest);
+    if (!((square_1 <= 1e-24))) {
+        local = (square_1 <= (1e-6 * dot(tangent, tangent)));
+    } else {
+        local = true;
+    }
+    bool _e36 = local;
+    if (_e36) {
+        vec3 _e37 = n;
+        vec3 _e38 = n;
+        vec3 _e39 = surface_across(_e38);
+        return Surface(_e37, _e39, view);
+    }
+    vec3 _e41 = n;
+    return Surface(_e41, (rest / vec3(sqrt(square_1))), view);
+}
+
+vec3 surface_central(Surface surface, uint centre) {
+    switch(centre) {
+        case 0u: {
+            return ((surface.normal * (2.0 * dot(surface.normal, surface.view))) - surface.view);
+        }
+        case 1u: {
+            return surface.normal;
+        }
+        default: {
+            return surface.tangent;
+        }
+    }
+}
+
+OnFace cube_on_face(vec3 c) {
+    bool local_1 = false;
+    vec3 a = abs(c);
+    if ((a.x >= a.y)) {
+        local_1 = (a.x >= a.z);
+    } else {
+        local_1 = false;
+    }
+    bool _e11 = local_1;
+    if (_e11) {
+        bool positive = (c.x > 0.0);
+        return OnFace((positive ? 0u : 1u), vec2((positive ? -(c.z) : c.z), -(c.y)), a.x);
+    }
+    if ((a.y >= a.z)) {
+        bool positive_1 = (c.y > 0.0);
+        return OnFace((positive_1 ? 2u : 3u), vec2(c.x, (positive_1 ? c.z : -(c.z))), a.y);
+    }
+    bool positive_2 = (c.z > 0.0);
+    return OnFace((positive_2 ? 4u : 5u), vec2((positive_2 ? c.x : -(c.x)), -(c.y)), a.z);
+}
+
+vec3 cube_point(uint face, vec2 at_1, float distance_) {
+    switch(face) {
+        case 0u: {
+            return vec3(distance_, -(at_1.y), -(at_1.x));
+        }
+        case 1u: {
+            return vec3(-(distance_), -(at_1.y), at_1.x);
+        }
+        case 2u: {
+            return vec3(at_1.x, distance_, at_1.y);
+        }
+        case 3u: {
+            return vec3(at_1.x, -(distance_), -(at_1.y));
+        }
+        case 4u: {
+            return vec3(at_1.x, -(at_1.y), distance_);
+        }
+        default: {
+            return vec3(-(at_1.x), -(at_1.y), -(distance_));
+        }
+    }
+}
+
+Texel cube_continued(uint edge, uint face_1, int column, int row) {
+    bool local_2 = false;
+    bool local_3 = false;
+    bool local_4 = false;
+    int last = (int(edge) - 1);
+    if ((column >= 0)) {
+        local_2 = (column <= last);
+    } else {
+        local_2 = false;
+    }
+    bool _e13 = local_2;
+    if (_e13) {
+        local_3 = (row >= 0);
+    } else {
+        local_3 = false;
+    }
+    bool _e19 = local_3;
+    if (_e19) {
+        local_4 = (row <= last);
+    } else {
+        local_4 = false;
+    }
+    bool _e24 = local_4;
+    if (_e24) {
+        return Texel(face_1, uint(column), uint(row));
+    }
+    vec2 at_2 = vec2(ivec2(((2 * column) - last), ((2 * row) - last)));
+    vec3 _e37 = cube_point(face_1, at_2, float(edge));
+    OnFace _e38 = cube_on_face(_e37);
+    ivec2 whole = min(max(((ivec2(_e38.at) + ivec2(last)) / ivec2(2)), ivec2(0)), ivec2(last));
+    return Texel(_e38.face, uint(whole.x), uint(whole.y));
+}
+
+Taps cube_taps(uint edge_1, vec3 direction) {
+    Taps taps = Taps(Texel[4](Texel(0u, 0u, 0u), Texel(0u, 0u, 0u), Texel(0u, 0u, 0u), Texel(0u, 0u, 0u)), vec4(0.0));
+    bool local_5 = false;
+    bool local_6 = false;
+    bool local_7 = false;
+    bool local_8 = false;
+    OnFace _e7 = cube_on_face(vec3(-(direction.y), direction.z, direction.x));
+    vec2 position = ((((_e7.at / vec2(_e7.distance_)) + vec2(1.0)) * (0.5 * float(edge_1))) - vec2(0.5));
+    vec2 corner = floor(position);
+    int left = int(corner.x);
+    int top = int(corner.y);
+    vec2 share = (position - corner);
+    vec2 rest_1 = (vec2(1.0) - share);
+    int last_1 = (int(edge_1) - 1);
+    bvec4 inside = bvec4((left >= 0), (top >= 0), (left < last_1), (top < last_1));
+    taps.weight = vec4((rest_1.x * rest_1.y), (share.x * rest_1.y), (rest_1.x * share.y), (share.x * share.y));
+    if (all(inside)) {
+        uint x_1 = uint(left);
+        uint y_1 = uint(top);
+        taps.texel[0] = Texel(_e7.face, x_1, y_1);
+        taps.texel[1] = Texel(_e7.face, (x_1 + 1u), y_1);
+        taps.texel[2] = Texel(_e7.face, x_1, (y_1 + 1u));
+        taps.texel[3] = Texel(_e7.face, (x_1 + 1u), (y_1 + 1u));
+        Taps _e83 = taps;
+        return _e83;
+    }
+    Texel _e87 = cube_continued(edge_1, _e7.face, left, top);
+    taps.texel[0] = _e87;
+    Texel _e93 = cube_continued(edge_1, _e7.face, (left + 1), top);
+    taps.texel[1] = _e93;
+    Texel _e99 = cube_continued(edge_1, _e7.face, left, (top + 1));
+    taps.texel[2] = _e99;
+    Texel _e107 = cube_continued(edge_1, _e7.face, (left + 1), (top + 1));
+    taps.texel[3] = _e107;
+    bvec2 before = not(inside.xy);
+    bvec2 past = not(inside.zw);
+    if (before.x) {
+        local_5 = before.y;
+    } else {
+        local_5 = false;
+    }
+    bool _e117 = local_5;
+    if (past.x) {
+        local_6 = before.y;
+    } else {
+        local_6 = false;
+    }
+    bool _e123 = local_6;
+    if (before.x) {
+        local_7 = past.y;
+    } else {
+        local_7 = false;
+    }
+    bool _e129 = local_7;
+    if (past.x) {
+        local_8 = past.y;
+    } else {
+        local_8 = false;
+    }
+    bool _e135 = local_8;
+    bvec4 missing = bvec4(_e117, _e123, _e129, _e135);
+    if (any(missing)) {
+        vec4 _e141 = taps.weight;
+        vec4 none = mix(vec4(0.0), _e141, missing);
+        float third = ((((none.x + none.y) + none.z) + none.w) / 3.0);
+        vec4 _e154 = taps.weight;
+        taps.weight = mix((_e154 + vec4(third)), vec4(0.0), missing);
+    }
+    Taps _e160 = taps;
+    return _e160;
+}
+
+vec3 cube_load(highp sampler2DArray map, Texel texel, uint first) {
+    vec4 _e9 = texelFetch(map, ivec3(uvec2(texel.column, texel.row), (first + texel.face)), 0);
+    return _e9.xyz;
+}
+
+vec3 cube_blend(highp sampler2DArray map_1, Taps taps_1, uint first_1) {
+    vec3 sum = vec3(0.0);
+    uint k = 0u;
+    bool loop_init = true;
+    while(true) {
+        if (!loop_init) {
+            uint _e22 = k;
+            k = (_e22 + 1u);
+        }
+        loop_init = false;
+        uint _e8 = k;
+        if ((_e8 < 4u)) {
+        } else {
+            break;
+        }
+        {
+            vec3 _e11 = sum;
+            uint _e13 = k;
+            vec3 _e15 = cube_load(map_1, taps_1.texel[_e13], first_1);
+            uint _e17 = k;
+            sum = (_e11 + (_e15 * taps_1.weight[_e17]));
+        }
+    }
+    vec3 _e24 = sum;
+    return _e24;
+}
+
+vec3 develop_between(vec3 value, float most) {
+    return mix(vec3(0.0), min(value, vec3(most)), greaterThan(value, vec3(0.0)));
+}
+
+vec3 develop(vec3 radiance, float gain, uint tone) {
+    if ((tone == DEVELOP_PLAIN)) {
+        vec3 _e7 = develop_between((radiance * gain), 1.0);
+        return _e7;
+    }
+    vec3 _e12 = develop_between(((radiance * gain) * 1.46193), 1000000.0);
+    vec3 v_1 = (DEVELOP_INTO_ACES * _e12);
+    vec3 curved = (((v_1 * (v_1 + vec3(0.0245786))) - vec3(9.0537e-5)) / ((v_1 * ((0.983729 * v_1) + vec3(0.432951))) + vec3(0.238081)));
+    vec3 _e35 = develop_between((DEVELOP_FROM_ACES * curved), 1.0);
+    return _e35;
+}
+
+vec3 develop_encode(vec3 linear) {
+    vec3 curve = ((1.055 * pow(max(linear, vec3(0.0031308)), vec3(0.41666666))) - vec3(0.055));
+    return mix(curve, (12.92 * linear), lessThanEqual(linear, vec3(0.0031308)));
+}
+
+vec3 kautz_mccool(Surface surface_1) {
+    uint _e3 = map_uniforms.centre;
+    vec3 _e4 = surface_central(surface_1, _e3);
+    float _e10 = angles_angle(length(cross(_e4, surface_1.view)), dot(_e4, surface_1.view));
+    uint _e13 = map_uniforms.slices;
+    uint last_2 = (_e13 - 1u);
+    float position_1 = ((_e10 / 3.1415927) * float(last_2));
+    uint low_1 = min(uint(position_1), last_2);
+    uint high_1 = min((low_1 + 1u), last_2);
+    float share_1 = (position_1 - float(low_1));
+    uint _e29 = map_uniforms.edge;
+    Taps _e30 = cube_taps(_e29, _e4);
+    vec3 _e34 = cube_blend(map, _e30, (6u * low_1));
+    vec3 _e38 = cube_blend(map, _e30, (6u * high_1));
+    return (_e34 + ((_e38 - _e34) * share_1));
+}
+
+vec3 shade_mode(Surface surface_2) {
+    vec3 _e1 = kautz_mccool(surface_2);
+    return _e1;
+}
+
+vec4 page_shown(vec3 radiance_1) {
+    uint _e3 = page.raw;
+    if ((_e3 == 1u)) {
+        return vec4(radiance_1, 1.0);
+    }
+    float _e10 = page.gain;
+    uint _e13 = page.tone;
+    vec3 _e14 = develop(radiance_1, _e10, _e13);
+    vec3 _e15 = develop_encode(_e14);
+    return vec4(_e15, 1.0);
+}
+
+void main() {
+    bool front = gl_FrontFacing;
+    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2);
+    Surface _e5 = surface_new(at.normal, at.tangent, at.ray, front);
+    vec3 _e6 = shade_mode(_e5);
+    vec4 _e7 = page_shown(_e6);
+    _fs2p_location0 = _e7;
+    return;
+}
+

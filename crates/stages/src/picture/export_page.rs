@@ -1,0 +1,255 @@
+//! Writes a page for browsers: materials under environments on meshes, live, in one file.
+//!
+//! ```toml
+//! [stage.page]
+//! kind = "export-page"
+//! inputs = { environment = "environment", scale-space = "light", taps = "taps" }
+//! path = "page"
+//! ```
+//!
+//! Open the file, or send it: it needs no network, no server and no other file, and works in every browser
+//! that has WebGL 2. docs/page.md explains what it shows and its keys.
+//!
+//! ## What is shown
+//!
+//! Each material under each environment, in every form whose inputs are connected:
+//!
+//! | form | needs |
+//! | --- | --- |
+//! | compact map (`taps`) | `scale-space` and `taps` |
+//! | SHRM (`local-shrm`) | `reflection` |
+//! | Cabral (`cabral`), Kautz-McCool (`kautz-mccool`), plain reflection map (`prefiltered`) | `reflection` |
+//! | matte white (`irradiance`), perfect mirror (`mirror`) | `environment` |
+//!
+//! Connect the exports of the pipeline too, `shrm`, `cabral`, `kautz-mccool`, `reflection-map` and `compact`
+//! (the `export-taps`): then only the forms that are exported are shown, with the resolution, the degree P
+//! and the treatment of lamps of that stage, and with the sizes of its files. The page runs after them, and
+//! again only if a size or a parameter changes.
+//!
+//! Meshes at `mesh` are shown in their own coordinates, and Specula's own sphere and knot besides. A material
+//! covers the whole mesh.
+//!
+//! ## Shaders
+//!
+//! The browser runs the shaders of Specula's preview, translated to GLSL; they draw what `specula preview`
+//! and the kind `preview` draw. Of lights beside a map, each is added by the material's own model.
+//!
+//! ## Errors
+//!
+//! With `material` connected, each form is compared with brute force on a sphere: the page shows within how
+//! many stops 95 % and 99 % of the pixels are, and has a picture of each for browsers without WebGL 2.
+//! `report` measures more exactly. `measure = false` leaves both out.
+//!
+//! ## Size
+//!
+//! Texels are three channels of nine bits with a common exponent where that is within 0.01 stops, otherwise
+//! half floats; tables and lights are exact. All is compressed. If the page would be larger than
+//! `size-limit`, forms are left out, those of the end of the table above first, and the page says which. The
+//! background and the mirror show at most `sky` rows of an environment, and fewer where skies would take more
+//! than a quarter of the page; reflections are made from all of it.
+//!
+//! ## Files
+//!
+//! `.html`: the page.
+
+mod forms;
+mod pairs;
+mod pictures;
+
+use std::sync::Arc;
+
+use engine::{Context, ExportedFiles, Failure, Kind, Output, Port, Product, Steps, parameters};
+use preview::{Light, web};
+use preview_page::{Blobs, Document, EnvironmentEntry, Form, FormEntry, MeshEntry, PairEntry};
+use rayon::prelude::*;
+
+use self::forms::{Forms, port};
+use self::pairs::{name, pairs};
+use self::pictures::Pictures;
+use crate::values::{artifacts, quantity};
+
+parameters! {
+    /// Parameters of `export-page`.
+    pub(crate) struct Parameters {
+        /// The most megabytes of the page.
+        #[range(0.1..=1000.0)]
+        size_limit: f64 = 8.0,
+        /// Texels along the edge of a cube's face, of maps whose export is not connected.
+        #[range(4..=256)]
+        resolution: usize = 32,
+        /// Slices of Kautz and McCool's texture, if its export is not connected.
+        #[range(2..=64)]
+        slices: usize = 16,
+        /// The most rows of the sky in the background.
+        #[range(MIN_SKY..=2048)]
+        sky: usize = 256,
+        /// Whether the forms are compared with brute force; see Errors.
+        measure: bool = true,
+    }
+}
+
+/// The bytes of a page beside its textures, shaders, meshes and pictures, and the most of a picture.
+const PAGE_BYTES: usize = 120_000;
+const PICTURE_BYTES: usize = 50_000;
+
+/// The part of a page that its skies take at most, unless they have few rows, and these.
+const SKIES: usize = 4;
+const MIN_SKY: usize = 16;
+
+/// The kind `export-page`.
+pub(crate) struct ExportPage;
+
+impl Kind for ExportPage {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "export-page";
+    const REVISION: u32 = 3;
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        sh::revisions::ROTATION,
+        brdf::revisions::MODELS,
+        shrm::revisions::SYNTHESIS,
+        shrm::revisions::RESAMPLING,
+        shrm::revisions::BAKING,
+        shrm::revisions::DEGREES,
+        envmap::revisions::RESAMPLING,
+    ];
+    const TEXT: &'static str = include_str!("export_page.rs");
+    const SHOWS_KEYS: bool = true;
+    const SLOW: bool = true;
+
+    fn ports() -> Vec<Port> {
+        let inputs = [
+            Port::many::<artifacts::Environment>("environment"),
+            Port::many::<artifacts::Material>("material").optional(),
+            Port::many::<artifacts::Reflection>("reflection").optional(),
+            Port::many::<artifacts::ScaleSpace>("scale-space").optional(),
+            Port::many::<artifacts::Taps>("taps").optional(),
+            Port::many::<artifacts::Mesh>("mesh").optional(),
+        ];
+        let exports = Form::ALL.into_iter().filter_map(port);
+        inputs.into_iter().chain(exports.map(|name| Port::many::<ExportedFiles>(name).optional())).collect()
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".html".into()])
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
+        let forms = Forms::of(&context.inputs, parameters.resolution, parameters.slices)?;
+        let environments = context.inputs.many::<artifacts::Environment>("environment")?;
+        let lights: Vec<Arc<Light>> = environments
+            .iter()
+            .map(|(_, environment)| Arc::new(Light::new(environment.0.clone(), None)))
+            .collect();
+        let keys: Vec<_> = environments.iter().map(|(key, _)| key.clone()).collect();
+        let pairs = pairs(&context.inputs, &keys, &lights, reporter)?;
+        if pairs.is_empty() {
+            return Err(Failure::new("no material is connected under an environment")
+                .help("connect scale-space and taps, or reflection, of the same environments"));
+        }
+
+        let limit = (parameters.size_limit * 1e6) as usize;
+        let mut blobs = Blobs::default();
+        let title = context.key().map(ToString::to_string).filter(|title| !title.is_empty());
+        let mut document = Document::new(title.as_deref().unwrap_or("Reflections"), &mut blobs);
+        let shaders = blobs.next();
+        let environments = keys.iter().zip(&lights).map(|(key, light)| EnvironmentEntry {
+            name: name(key, "environment"),
+            exposure: light.exposure().stops,
+        });
+        document.environments = environments.collect();
+        // Skies get fewer rows until all of them together take at most their part of the page.
+        let mut rows = parameters.sky;
+        let skies = loop {
+            let skies: Vec<_> = lights.iter().map(|light| light.in_rows(rows)).collect::<Result<_, _>>()?;
+            document.skies = skies.iter().map(|sky| blobs.view(web::WebView::sky(sky))).collect();
+            if blobs.since(shaders) <= limit / SKIES || rows / 2 < MIN_SKY {
+                break skies;
+            }
+            blobs.forget(shaders);
+            rows /= 2;
+        };
+        if rows < parameters.sky {
+            document.left_out.push(format!("skies in more than {rows} rows"));
+        }
+        for (name, mesh) in meshes(context)? {
+            document.meshes.push(MeshEntry::new(name, &mesh, &mut blobs));
+        }
+
+        let all: Vec<(usize, Form)> = Form::ALL
+            .into_iter()
+            .flat_map(|form| pairs.iter().enumerate().map(move |(place, pair)| (place, form, pair)))
+            .filter(|(_, form, pair)| forms.shows(*form, pair))
+            .map(|(place, form, _)| (place, form))
+            .collect();
+        document.pairs = pairs
+            .iter()
+            .map(|pair| PairEntry::new(pair.environment, document.material(&pair.name)))
+            .collect();
+        let of_pictures = if parameters.measure { pairs.len() * PICTURE_BYTES } else { 0 };
+        let room = limit.saturating_sub(PAGE_BYTES + of_pictures);
+        let steps = Steps::new(reporter, all.len() * if parameters.measure { 2 } else { 1 });
+        let mut pictures = Pictures::default();
+        for some in all.chunks(2 * rayon::current_num_threads()) {
+            let made = some.par_iter().map(|&(place, form)| {
+                reporter.check_cancelled()?;
+                let pair = &pairs[place];
+                let made = forms.look(form, pair, &skies[pair.environment], reporter)?;
+                let view = web::WebView::of(&made.look, form.mode())?;
+                steps.step()?;
+                Ok(view.map(|view| (place, form, made, view)))
+            });
+            let made = made.collect::<Result<Vec<_>, Failure>>()?;
+            for (place, form, made, view) in made.into_iter().flatten() {
+                let pair = &pairs[place];
+                let (kept, cost) = (blobs.next(), view.cost);
+                let view = blobs.view(view);
+                if blobs.bytes() > room {
+                    let bytes = quantity::size(blobs.since(kept) as u64);
+                    document.left_out.push(format!("{} as {}: {bytes}", pair.title(), form.label()));
+                    blobs.forget(kept);
+                    if parameters.measure {
+                        steps.step()?;
+                    }
+                    continue;
+                }
+                let mut entry = FormEntry::new(document.form(form), view, cost);
+                (entry.bytes, entry.note) = (made.bytes, made.note);
+                if parameters.measure {
+                    entry.error = pictures.measured(pair, form, made.look, &steps)?;
+                }
+                document.pairs[place].views.push(entry);
+            }
+        }
+        if let [first, more @ ..] = &document.left_out[..] {
+            let more = if more.is_empty() { String::new() } else { format!(", and {} more", more.len()) };
+            reporter.warn(format!(
+                "the page would be larger than {} MB, so it leaves out {first}{more}",
+                parameters.size_limit
+            ));
+        }
+        let page = document.file(&blobs, context.recipe(), &pictures.figures()?)?;
+        reporter.note(format!(
+            "{}: {} materials under {} environments",
+            quantity::size(page.len() as u64),
+            document.materials.len(),
+            keys.len()
+        ));
+        Ok(Output::files(vec![page.into_bytes()]))
+    }
+}
+
+/// The connected meshes, and our own.
+fn meshes(context: &Context<'_>) -> Result<Vec<(String, mesh::Mesh)>, Failure> {
+    let mut meshes = Vec::new();
+    for (key, mesh) in context.inputs.many::<artifacts::Mesh>("mesh")? {
+        let name = key.stems().collect::<Vec<_>>().join(" · ");
+        meshes.push((if name.is_empty() { "mesh".into() } else { name }, mesh.0.clone()));
+    }
+    for name in ["torus-knot", "sphere"] {
+        meshes.extend(mesh::shape(name).map(|mesh| (name.to_owned(), mesh)));
+    }
+    Ok(meshes)
+}

@@ -1,0 +1,120 @@
+//! The materials under environments that a page shows.
+
+use std::sync::Arc;
+
+use engine::{Failure, Inputs, ItemKey, Reporter};
+use preview::{CompactMap, Light};
+
+use crate::light::light_mismatch;
+use crate::values::artifacts;
+
+/// A material under an environment.
+pub(crate) struct Pair {
+    /// The sources of both.
+    pub(crate) key: ItemKey,
+    /// The place of the environment.
+    pub(crate) environment: usize,
+    /// The names of the environment and of the material.
+    pub(crate) environment_name: String,
+    pub(crate) name: String,
+    pub(crate) light: Arc<Light>,
+    pub(crate) reflection: Option<Arc<artifacts::Reflection>>,
+    pub(crate) compact_map: Option<Arc<CompactMap>>,
+    /// The material, if it is known.
+    pub(crate) material: Option<brdf::Material>,
+}
+
+impl Pair {
+    /// The pair in words.
+    pub(crate) fn title(&self) -> String {
+        format!("{} under {}", self.name, self.environment_name)
+    }
+}
+
+/// Whether an item's key says nothing else than a pair's.
+pub(crate) fn fits(key: &ItemKey, pair: &ItemKey) -> bool {
+    key.iter().all(|(stage, stem)| pair.get(stage).is_none_or(|own| own == stem))
+}
+
+/// Whether a pair's key names all that an item's does.
+fn has(pair: &ItemKey, key: &ItemKey) -> bool {
+    key.iter().all(|(stage, stem)| pair.get(stage) == Some(stem))
+}
+
+/// An item's name.
+pub(crate) fn name(key: &ItemKey, otherwise: &str) -> String {
+    match key.is_empty() {
+        true => otherwise.to_owned(),
+        false => key.stems().collect::<Vec<_>>().join(" · "),
+    }
+}
+
+/// All pairs, environment by environment.
+pub(crate) fn pairs(
+    inputs: &Inputs,
+    environments: &[ItemKey],
+    lights: &[Arc<Light>],
+    reporter: &Reporter,
+) -> Result<Vec<Pair>, Failure> {
+    let reflections = inputs.many::<artifacts::Reflection>("reflection")?;
+    let scales = inputs.many::<artifacts::ScaleSpace>("scale-space")?;
+    let taps = inputs.many::<artifacts::Taps>("taps")?;
+    let materials = inputs.many::<artifacts::Material>("material")?;
+    if scales.is_empty() != taps.is_empty() {
+        let (is, lacks) = if taps.is_empty() { ("scale-space", "taps") } else { ("taps", "scale-space") };
+        return Err(Failure::new(format!("{is} is connected, but {lacks} is not"))
+            .help("a compact map needs both: connect `scale-space` and `fit-taps`"));
+    }
+    let mut pairs: Vec<Pair> = Vec::new();
+    for (environment, (own, light)) in environments.iter().zip(lights).enumerate() {
+        let first = pairs.len();
+        let known = |key: &ItemKey| {
+            let rest: ItemKey = key.iter().filter(|(stage, _)| own.get(stage).is_none()).collect();
+            let material = materials.iter().find(|(of, _)| !of.is_empty() && has(key, of));
+            let only = materials.first().filter(|_| materials.len() == 1);
+            let material = material.or(only).map(|(_, material)| material.0.clone());
+            Pair {
+                key: key.clone(),
+                environment,
+                environment_name: name(own, "environment"),
+                name: name(&rest, "material"),
+                light: Arc::clone(light),
+                reflection: None,
+                compact_map: None,
+                material,
+            }
+        };
+        for (key, reflection) in reflections.iter().filter(|(key, _)| has(key, own)) {
+            if let Some(difference) = light_mismatch::difference(light.environment(), &reflection.0) {
+                reporter.warn(format!("{key}: {difference}"));
+            }
+            pairs.push(Pair { reflection: Some(Arc::clone(reflection)), ..known(key) });
+        }
+        let scales = scales.iter().find(|(key, _)| key == own || has(own, key));
+        let Some((_, scales)) = scales else { continue };
+        if let Some(difference) = light_mismatch::difference_from_scales(light.environment(), &scales.0.space)
+        {
+            reporter.warn(format!("{own}: {difference}"));
+        }
+        let space = Arc::new(scales.0.space.clone());
+        for (key, taps) in &taps {
+            let whole: ItemKey = own.iter().chain(key.iter()).collect();
+            let map = Arc::new(CompactMap {
+                scales: Arc::clone(&space),
+                taps: Arc::new(taps.0.table().into()),
+                material: taps.0.material.clone(),
+            });
+            let place = pairs[first..].iter().position(|pair| pair.key == whole);
+            let pair = match place {
+                Some(place) => &mut pairs[first + place],
+                None => {
+                    pairs.push(known(&whole));
+                    pairs.last_mut().unwrap_or_else(|| unreachable!("one was added"))
+                }
+            };
+            pair.material.get_or_insert_with(|| taps.0.material.clone());
+            pair.compact_map = Some(map);
+        }
+    }
+    Ok(pairs)
+}
