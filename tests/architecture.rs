@@ -8,6 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+mod selections;
+
 const KERNELS: [&str; 10] =
     ["math", "sphere", "sh", "sampling", "envmap", "brdf", "shrm", "taps", "mesh", "transfer"];
 

@@ -2,7 +2,6 @@
 //! of [RH02, sec. 7.4] on this machine. `README.md` lists the programs.
 
 pub mod compact_tables;
-pub mod default_errors;
 pub mod paper;
 pub mod sampling_figures;
 pub mod turns;

@@ -66,14 +66,17 @@ export async function comparedWithStill( page, still, mode ) {
 /** Gives the picture of a page so many pixels along an edge, each of which is then drawn. */
 export async function resize( page, size ) {
 
-	await page.evaluate( ( size ) => {
+	// What puppeteer itself waits with is source that is evaluated in the page, which its policy forbids and Firefox prevents.
+	await page.evaluate( async ( size ) => {
 
 		const stage = document.getElementById( 'stage' );
 		stage.style.cssText = `position: fixed; inset: 0 auto auto 0; width: ${size}px; height: ${size}px; min-height: 0; z-index: 9`;
 		specula.isExact = true;
+		const canvas = document.getElementById( 'canvas' );
+		const isReady = () => document.documentElement.dataset.ready === 'true' && canvas.width === size;
+		while ( ! isReady() ) await new Promise( requestAnimationFrame );
 
 	}, size );
-	await page.waitForFunction( ( size ) => document.documentElement.dataset.ready === 'true' && document.getElementById( 'canvas' ).width === size, {}, size );
 
 }
 

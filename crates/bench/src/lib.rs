@@ -4,7 +4,9 @@
 //! how long a save takes until its maps are published, with given degrees and with defaults, `--bin
 //! stop-latency` how soon items stop that are cancelled, and, with the feature `gpu`, `--bin
 //! preview-frame-times` how long the preview takes for a frame, and `--bin shading-rates` how many frames a
-//! second are shaded with BRDF tables.
+//! second are shaded with BRDF tables. `--bin default-errors` prints how close to brute force maps at default
+//! settings are, over photographs of the corpus.
 
+pub mod default_errors;
 pub mod frames;
 pub mod latency;

@@ -1,10 +1,10 @@
 //! Prints how close to brute force the maps are that a manifest without degrees makes:
-//! [`research::default_errors`].
+//! [`bench::default_errors`].
 //!
-//! `cargo run --release --manifest-path research/Cargo.toml --bin default-errors -- [OPTIONS]`, with
-//! `SPECULA_CORPUS` set to the folder of the corpus. The table is Markdown; a row comes as soon as it is
-//! measured. After it are the numbers of targets that are met, and the rows that miss theirs, the worst
-//! first.
+//! `cargo run --release -p bench --bin default-errors -- [OPTIONS]`, with `SPECULA_CORPUS` set to the folder of
+//! the corpus and the program of `cargo build --release` at hand. The table is Markdown; a row comes as soon
+//! as it is measured. After it are the numbers of targets that are met, and the rows that miss theirs, the
+//! worst first.
 //!
 //! | option | meaning |
 //! | --- | --- |
@@ -21,10 +21,10 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use bench::default_errors::brute_force::Pixels;
+use bench::default_errors::{Case, Effort, Failure, Map, Project, Row, cases, measure};
 use containers::{ReadOptions, read_image};
 use envmap::Image;
-use research::default_errors::brute_force::Pixels;
-use research::default_errors::{Case, Effort, Failure, Map, Project, Row, cases, measure};
 
 const ENVIRONMENTS: [&str; 5] = ["apartment", "forest", "night", "studio", "sunrise"];
 

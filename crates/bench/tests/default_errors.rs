@@ -5,10 +5,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use bench::default_errors::brute_force::Pixels;
+use bench::default_errors::{Case, Effort, Map, Project, Row, cases, measure};
 use containers::{ReadOptions, read_image};
 use envmap::Image;
-use research::default_errors::brute_force::Pixels;
-use research::default_errors::{Case, Effort, Map, Project, Row, cases, measure};
 
 /// Environments with the materials that are measured there; only the first two pairs without CI. With three
 /// seeds each error is at most two thirds of its target, so that these samples do not meet it by luck.
