@@ -49,7 +49,7 @@ def picture(name, texel):
 
 wave = lambda at: math.sin(2 * math.pi * at / SIDE)
 # Squares of a texel, which are seen as their mean.
-square = lambda x, y: 30 if (x + y) % 2 else -30
+square = lambda x, y: 15 if (x + y) % 2 else -15
 picture("paint", lambda x, y: [round(130 + 50 * wave(x)) + square(x, y), round(110 + 40 * wave(y)) + square(x, y), 90])
 picture("metal", lambda x, y: [round(200 + 40 * wave(x)), round(150 + 50 * wave(x + y)), round(120 + 60 * wave(y))])
 

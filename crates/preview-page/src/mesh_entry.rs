@@ -31,7 +31,8 @@ struct PartEntry {
     normals: Numbers,
     /// The tangents of vertices, written in the same way.
     tangents: Numbers,
-    /// The places of vertices in the textures of materials, by the places of the materials, in steps of 1/65536.
+    /// The places of vertices in the textures of materials, by the places of the materials, in steps of
+    /// 1/65536.
     coordinates: BTreeMap<usize, Numbers>,
     /// The numbers of the vertices of each triangle.
     triangles: Numbers,

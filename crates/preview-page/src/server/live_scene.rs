@@ -9,9 +9,9 @@ use preview::{Export, Light, Look, Object, RenderError, Scene, Subject, SubjectD
 use serde_json::json;
 use sh::Stop;
 
+use crate::Form;
 use crate::blobs::{Blobs, ViewEntry};
 use crate::mesh_entry::{MeshEntry, MeshPart};
-use crate::Form;
 
 /// The most rows of a sky in the background.
 const SKY_ROWS: usize = 512;
@@ -97,8 +97,7 @@ impl LiveScene {
             MeshPart { mesh, material: None, textures: placement.into_iter().collect() }
         });
         let parts: Vec<_> = parts.collect();
-        let mesh =
-            MeshEntry::new(self.subject.mesh.clone(), self.scene.framing(), &parts, &mut blobs.lock());
+        let mesh = MeshEntry::new(self.subject.mesh.clone(), self.scene.framing(), &parts, &mut blobs.lock());
         let sky = sky.of(&self.scene.light, blobs)?;
         serde_json::to_string(&json!({ "mesh": mesh, "sky": *sky })).map_err(|error| error.to_string())
     }

@@ -3,8 +3,8 @@
 use super::texture::{ELEMENTS, WebTexels, WebTexture};
 use crate::Look;
 
-/// The texture of a look's base colour, and how its material responds to it under its light: what a shader with
-/// a texture ([`super::WebView::textured`]) reads beside the rest of its view, in every mode.
+/// The texture of a look's base colour, and how its material responds to it under its light: what a shader
+/// with a texture ([`super::WebView::textured`]) reads beside the rest of its view, in every mode.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WebBaseColor {
     /// The textures.
@@ -14,8 +14,8 @@ pub struct WebBaseColor {
 }
 
 impl WebBaseColor {
-    /// The base colour of a look, with at most so many texels along a side of its texture; `None` if the look has
-    /// no texture, or a material that renderers show without it.
+    /// The base colour of a look, with at most so many texels along a side of its texture; `None` if the look
+    /// has no texture, or a material that renderers show without it.
     pub fn of(look: &Look, longest_side: usize) -> Option<Self> {
         let map = look.base_color_map()?;
         let texture = map.texture.within(longest_side);

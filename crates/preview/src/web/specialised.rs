@@ -112,7 +112,10 @@ mod tests {
                     layout(std140) uniform lamps_block { vec4 lamps[3]; };\n\
                     void main() {\n    x = page.gain + texelFetch(map, ivec2(0), 0).x;\n}\n";
         let found = read(text);
-        assert!(found.contains(" map;") && found.contains(" page;") && found.contains("void main"), "{found}");
+        assert!(
+            found.contains(" map;") && found.contains(" page;") && found.contains("void main"),
+            "{found}"
+        );
         assert!(!found.contains("other") && !found.contains("lamps"), "{found}");
     }
 }

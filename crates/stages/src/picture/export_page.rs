@@ -28,11 +28,12 @@
 //!
 //! Meshes at `mesh` are shown in their own coordinates, and Specula's own sphere and knot besides.
 //!
-//! A mesh of a glTF file is shown in its own materials: while the chosen material is one of them, each triangle
-//! has its own, with the texture of its base colour, and the chosen one if the page lacks it. The materials of
-//! the page are found by their names, which are those of the file, or `MESH-NAME`, as `specula init` writes
-//! them. Any other material covers the whole mesh, without a texture. A mesh whose materials the page lacks shows
-//! the texture of any material by its own coordinates, as the kind `preview` does. Connect `material` for that.
+//! A mesh of a glTF file is shown in its own materials: while the chosen material is one of them, each
+//! triangle has its own, with the texture of its base colour, and the chosen one if the page lacks it. They
+//! are found by their names: `NAME` in the file is `NAME` or `MESH-NAME` on the page, as `specula init` names
+//! material files. Any other material covers the whole mesh, without a texture. A mesh of which the page has
+//! no material shows the texture of any by its own coordinates, as the kind `preview` does. Textures need
+//! `material`.
 //!
 //! ## Shaders
 //!
@@ -48,11 +49,11 @@
 //! ## Size
 //!
 //! Texels are three channels of nine bits with a common exponent where that is within 0.01 stops, otherwise
-//! half floats; tables, lights and textures of base colours are exact. All is compressed. If the page would be larger than
-//! `size-limit`, forms are left out, those of the end of the table above first, and the page says which. The
-//! background and the mirror show at most `sky` rows of an environment, and fewer where skies would take more
-//! than a quarter of the page; reflections are made from all of it. Textures of base colours are means of their
-//! texels where they would take more than a third.
+//! half floats; tables, lights and textures of base colours are exact. All is compressed. If the page would
+//! be larger than `size-limit`, forms are left out, those of the end of the table above first, and the page
+//! says which. The background and the mirror show at most `sky` rows of an environment, and fewer where skies
+//! would take more than a quarter of the page; reflections are made from all of it. Textures of base colours
+//! are means of their texels where they would take more than a third.
 //!
 //! ## Files
 //!
@@ -106,8 +107,8 @@ const PICTURE_BYTES: usize = 50_000;
 const SKIES: usize = 4;
 const MIN_SKY: usize = 16;
 
-/// The part of a page that the textures of base colours take at most, unless they have few texels along a side,
-/// and these.
+/// The part of a page that the textures of base colours take at most, unless they have few texels along a
+/// side, and these.
 const TEXTURES: usize = 3;
 const MIN_SIDE: usize = 32;
 
@@ -256,8 +257,8 @@ impl Kind for ExportPage {
     }
 }
 
-/// Adds the meshes, and the textures of the materials that they show, in fewer texels until all of them together
-/// take at most so many bytes.
+/// Adds the meshes, and the textures of the materials that they show, in fewer texels until all of them
+/// together take at most so many bytes.
 fn add_meshes(
     document: &mut Document,
     blobs: &mut Blobs,

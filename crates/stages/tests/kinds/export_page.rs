@@ -1,5 +1,5 @@
 //! Live pages: what their data say, what they hold, and what they leave out. What they draw is compared with
-//! the CPU's pictures in a browser, by tests/readers/page.mjs.
+//! the CPU's pictures in a browser, by tests/readers/page.mjs and textured.mjs.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use brdf::{BaseColorTexture, Standard, StandardParameters, TexturePlacement, Wrap};
@@ -191,19 +191,20 @@ fn words(page: &str, entry: &Value) -> Vec<i32> {
     values
 }
 
-/// Three squares, of the materials red, blue and none, in a page of copper and materials of these names, of which
-/// red has a texture of so many texels along a side.
+/// Three squares, of the materials red, blue and none, in a page of copper and materials of these names, of
+/// which red has a texture of so many texels along a side.
 fn dressed(parameters: &str, names: [&str; 2], side: usize) -> Case {
     let plane = mesh::shape("plane").unwrap();
     let range = |material| MaterialRange { material, triangles: 2 };
     let squares = Mesh::joined(&[plane.clone(), plane.clone(), plane]).unwrap();
     let squares = squares
-        .with_materials(
-            vec!["red".into(), "a/blue".into()],
-            &[range(Some(0)), range(Some(1)), range(None)],
-        )
+        .with_materials(vec!["red".into(), "a/blue".into()], &[range(Some(0)), range(Some(1)), range(None)])
         .unwrap();
-    let noise = |k: usize| (k.wrapping_mul(2_654_435_761) >> 13) as u8;
+    // What no compression finds a rule in.
+    let noise = |k: usize| {
+        let mixed = (k as u32).wrapping_mul(2_654_435_761);
+        ((mixed ^ mixed >> 15).wrapping_mul(2_246_822_519) >> 24) as u8
+    };
     let texels = (0..side * side).map(|k| [(k * k % 251) as u8, noise(k), 9]).collect();
     let placement = TexturePlacement {
         transform: [[2.0, 0.0, 0.25], [0.0, 1.0, 0.0]],
@@ -285,7 +286,8 @@ fn each_part_of_a_mesh_has_its_own_material_and_its_texture() {
     }
 }
 
-/// Names say nothing here: as in the kind `preview`, the mesh shows the texture of whichever material has one.
+/// Names say nothing here: as in the kind `preview`, the mesh shows the texture of whichever material has
+/// one.
 #[test]
 fn a_mesh_whose_materials_are_not_there_shows_any_texture() {
     let (_, data) = read(&dressed("", ["crimson", "navy"], 4));

@@ -29,8 +29,8 @@ struct Part {
 }
 
 impl Meshes {
-    /// The connected meshes, and our own. `materials` are the names of the page's materials, and `textures` the
-    /// placements of the textures of some of them.
+    /// The connected meshes, and our own. `materials` are the names of the page's materials, and `textures`
+    /// the placements of the textures of some of them.
     pub(crate) fn of(
         context: &Context<'_>,
         materials: &[String],
@@ -79,8 +79,8 @@ fn framing(mesh: &Mesh) -> Framing {
     Framing::ball(centre.into(), if radius > 0.0 { radius } else { 1.0 })
 }
 
-/// The triangles of each material of the page that a mesh has in its file, and the rest. A mesh that has none of
-/// them shows any material on the whole of it, with its texture.
+/// The triangles of each material of the page that a mesh has in its file, and the rest. A mesh that has none
+/// of them shows any material on the whole of it, with its texture.
 fn parts(
     stem: &str,
     mesh: &Mesh,
@@ -109,8 +109,7 @@ fn parts(
 
 /// The material of a page that has the name of one of a mesh's file, as `specula init` names material files.
 fn own_material(stem: &str, name: &str, materials: &[String]) -> Option<usize> {
-    let plain =
-        |letter: char| if letter.is_alphanumeric() || "-_ ".contains(letter) { letter } else { '-' };
+    let plain = |letter: char| if letter.is_alphanumeric() || "-_ ".contains(letter) { letter } else { '-' };
     let names = [name.to_owned(), format!("{stem}-{name}")];
     let named = |names: &[String]| materials.iter().position(|material| names.contains(material));
     named(&names).or_else(|| named(&names.clone().map(|name| name.chars().map(plain).collect())))
