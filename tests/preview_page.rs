@@ -122,9 +122,20 @@ impl Page {
     /// What a form of the latest scene is drawn with.
     #[track_caller]
     fn view(&self, mode: &str) -> Value {
+        self.of_scene(&format!("/{mode}"))
+    }
+
+    /// The mesh and the sky of the latest scene.
+    #[track_caller]
+    fn around(&self) -> Value {
+        self.of_scene("")
+    }
+
+    #[track_caller]
+    fn of_scene(&self, path: &str) -> Value {
         loop {
             let number = self.latest.borrow()["number"].clone();
-            let (status, body) = self.request("GET", &format!("scene/{number}/{mode}"), b"");
+            let (status, body) = self.request("GET", &format!("scene/{number}{path}"), b"");
             match status {
                 200 => return serde_json::from_slice(&body).unwrap(),
                 // There is another.
@@ -196,12 +207,8 @@ fn a_page_shows_what_is_built_and_follows_the_files() {
     page.wait("scene", with_maps);
     assert!(String::from_utf8(page.get("")).unwrap().contains("<script src=\"page.js\">"));
     assert!(!page.get("page.js").is_empty() && !page.get("page.css").is_empty());
-    let before = page.view("local-shrm");
-    let around = || -> Value {
-        let number = page.latest.borrow()["number"].clone();
-        serde_json::from_slice(&page.get(&format!("scene/{number}"))).unwrap()
-    };
-    let first = around();
+    let before = page.view("local-shrm")["parts"][0].clone();
+    let first = page.around();
     assert_eq!(first["mesh"]["name"], "sphere");
     let map = |view: &Value| view["textures"]["map"]["blob"].clone();
     assert!(!page.get(&format!("blob/{}", map(&before))).is_empty());
@@ -212,10 +219,10 @@ fn a_page_shows_what_is_built_and_follows_the_files() {
     let material = page.wait("material", |material| material["material"] == "gold");
     assert_eq!(exponent(&material), 40.0);
     page.wait("toast", |toast| toast["title"].as_str().unwrap().starts_with("rebuilt"));
-    let after = page.view("local-shrm");
+    let after = page.view("local-shrm")["parts"][0].clone();
     assert_ne!(map(&after), map(&before), "the map changed");
     assert_eq!(after["fragment"], before["fragment"], "the shader did not, and is not sent again");
-    assert_eq!(around(), first);
+    assert_eq!(page.around(), first);
     for (path, status) in [("scene/1/local-shrm", 204), ("scene/999/local-shrm", 404), ("scene/1/table", 404)]
     {
         assert_eq!(page.request("GET", path, b"").0, status, "{path}");
@@ -325,7 +332,57 @@ fn a_photograph_alone_is_shown_on_white_metal() {
     let project = Project::new(PHOTOGRAPH);
     let page = Page::open(&project, &["watch", "--serve=127.0.0.1:0"]);
     page.wait("scene", |scene| scene["forms"][0]["mode"] == "prefiltered");
-    page.view("prefiltered");
+    // A row of five pieces.
+    assert_eq!(page.view("prefiltered")["parts"].as_array().unwrap().len(), 5);
+    let mesh = &page.around()["mesh"];
+    assert_eq!(mesh["parts"].as_array().unwrap().len(), 5);
+    assert!(mesh["radius"].as_f64().unwrap() > 5.0, "{mesh}");
+}
+
+/// A mesh of two materials, of which one has a texture.
+const CAR: &str = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+    "meshes": [{ "primitives": [
+        { "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "material": 0 },
+        { "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "material": 1 }] }],
+    "materials": [
+        { "name": "paint", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "metallicFactor": 0 } },
+        { "name": "tyre", "pbrMetallicRoughness": { "baseColorFactor": [0.1, 0.1, 0.1, 1], "metallicFactor": 0 } }],
+    "textures": [{ "source": 0 }],
+    "images": [{ "uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==" }],
+    "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" },
+        { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2" }],
+    "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+    "buffers": [{ "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA",
+        "byteLength": 36 }] }"#;
+
+#[test]
+fn a_mesh_of_a_gltf_file_is_shown_in_its_own_materials() {
+    let manifest = TWO_MATERIALS.replace("assets/materials/{gold,satin}", "{paint,tyre}");
+    let project =
+        Project::new(&format!("{manifest}mesh = {{ kind = \"import-mesh\", source = \"c*.gltf\" }}\n"));
+    project.write("car.gltf", CAR);
+    for name in ["paint", "tyre"] {
+        let text = format!("model = \"gltf\"\nfile = \"car.gltf\"\nmaterial = \"{name}\"\n");
+        project.write(&format!("{name}.toml"), &text);
+    }
+    let page = Page::open(&project, &["preview", "--no-open", "--item", "material=paint,mesh=car"]);
+    // The part with the texture comes first while its material is chosen.
+    let texels = |shown: usize| {
+        let (mesh, view) = (page.around()["mesh"].clone(), page.view("local-shrm"));
+        let [parts, views] = [&mesh["parts"], &view["parts"]].map(|parts| parts.as_array().unwrap().clone());
+        assert_eq!([parts.len(), views.len()], [2; 2]);
+        let of = |part: usize| views[part]["textures"]["texture_texels"].clone();
+        let is_placed = |part: usize| !parts[part]["coordinates"].as_object().unwrap().is_empty();
+        assert_eq!([is_placed(shown), is_placed(1 - shown)], [true, false], "{mesh}");
+        assert!(of(1 - shown).is_null(), "{view}");
+        assert_eq!(of(shown)["size"], json!([1024, 1, 1]));
+        of(shown)
+    };
+    page.scene("paint");
+    let first = texels(0);
+    page.post("show", &json!({ "environment": "studio", "material": "tyre", "mesh": "car" }));
+    page.scene("tyre");
+    assert_eq!(texels(1), first, "the texture is not sent again");
 }
 
 #[test]

@@ -2,8 +2,9 @@
 # Reads what Specula writes with the readers of other programs, by values: a table of readers and files with the largest
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
 # The layout of pages is measured in a browser, pages.mjs, and a live page compared with stills, page.mjs, also when it is
-# served, live.mjs, and in Firefox, firefox.mjs. Skies are shown there, sky.html, meshes are relit, relight.html, and compact
-# maps are drawn with, three.html and babylon.html; screenshots lie in target/readers/files/relight and taps.
+# served, live.mjs, with textures, textured.mjs, and in Firefox, firefox.mjs. Skies are shown there, sky.html, meshes are
+# relit, relight.html, and compact maps are drawn with, three.html and babylon.html; screenshots lie in
+# target/readers/files/relight and taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian (install.sh).
 set -euo pipefail
@@ -108,6 +109,15 @@ cp "$here/page.toml" page/pipeline.toml
 cp "$assets/sky.exr" page/environments/
 cp taps/materials/copper.toml plastic.toml page/materials/
 "$specula" -C page build >page/build.log 2>&1 || { cat page/build.log; exit 1; }
+# The same of meshes with textures.
+mkdir -p textured/environments textured/materials textured/meshes
+cp "$here/textured.toml" textured/pipeline.toml
+cp "$assets/sky.exr" textured/environments/
+../py/bin/python "$here/textured.py" textured/meshes
+for name in paint metal; do
+    printf 'model = "gltf"\nfile = "../meshes/dressed.gltf"\nmaterial = "%s"\n' $name > textured/materials/$name.toml
+done
+"$specula" -C textured build >textured/build.log 2>&1 || { cat textured/build.log; exit 1; }
 "$specula" -C taps build --verbose >taps/build.log 2>&1 || { cat taps/build.log; exit 1; }
 cd ..
 
@@ -132,6 +142,7 @@ if [ -d node_modules/three ]; then
         node "$here/relight.mjs" files/relight "$chromium" "$here/../../docs/relighting.md" >> results || echo "relight.mjs	ended early	WRONG" >> results
         node "$here/pages.mjs" files "$chromium" >> results || echo "pages.mjs	ended early	WRONG" >> results
         node "$here/page.mjs" files "$chromium" >> results || echo "page.mjs	ended early	WRONG" >> results
+        node "$here/textured.mjs" files "$chromium" "$specula" >> results || echo "textured.mjs	ended early	WRONG" >> results
         if command -v firefox-esr >/dev/null && command -v Xvfb >/dev/null; then
             node "$here/firefox.mjs" files "$(command -v firefox-esr)" >> results || echo "firefox.mjs	ended early	WRONG" >> results
         else

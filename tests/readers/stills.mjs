@@ -48,11 +48,14 @@ function inner( codes ) {
 
 }
 
-/** Compares what a page draws with a still: what is said of it. */
-export async function comparedWithStill( page, still, mode ) {
+/** Compares what a page draws with the part of a still that has a mode: what is said of it. */
+export const comparedWithStill = ( page, still, mode ) => comparedWithPicture( page, still, [ MARGIN + MODES.indexOf( mode ) * ( SIZE + GAP ), MARGIN ] );
+
+/** Compares what a page draws with a picture, of which it is the part at a place: what is said of it. */
+export async function comparedWithPicture( page, still, [ x, y ] = [ 0, 0 ] ) {
 
 	const source = `data:image/png;base64,${fs.readFileSync( still ).toString( 'base64' )}`;
-	const expected = await page.evaluate( codesOfPicture, source, MARGIN + MODES.indexOf( mode ) * ( SIZE + GAP ), MARGIN, SIZE );
+	const expected = await page.evaluate( codesOfPicture, source, x, y, SIZE );
 	const drawn = await page.evaluate( codesOfCanvas );
 	const pixels = inner( expected );
 	const off = pixels.map( ( pixel ) => Math.max( ...[ 0, 1, 2 ].map( ( c ) => Math.abs( expected[ 4 * pixel + c ] - drawn[ 4 * pixel + c ] ) ) ) );

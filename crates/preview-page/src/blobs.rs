@@ -9,7 +9,7 @@ use std::sync::Arc;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use half::f16;
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use preview::web::{WebTexels, WebTexture, WebView};
+use preview::web::{WebBaseColor, WebTexels, WebTexture, WebView};
 use serde::Serialize;
 
 /// The error in stops of texels with a common exponent, within which 99 % have to be.
@@ -40,9 +40,19 @@ pub struct TextureEntry {
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewEntry {
     fragment: usize,
+    /// The same with the texture of a base colour, if the page has one for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    textured: Option<usize>,
+    #[serde(flatten)]
+    read: ReadEntry,
+    uniforms: BTreeMap<&'static str, f64>,
+}
+
+/// The textures and the uniform blocks that a shader reads.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReadEntry {
     textures: BTreeMap<&'static str, TextureEntry>,
     blocks: BTreeMap<&'static str, Numbers>,
-    uniforms: BTreeMap<&'static str, f64>,
 }
 
 /// All binary parts.
@@ -133,17 +143,27 @@ impl Blobs {
         Numbers { blob: self.add(&planes), words: [WIDTH, components] }
     }
 
-    /// Adds the textures of a view.
+    /// Adds what a view reads, and its shaders.
     pub fn view(&mut self, view: WebView) -> ViewEntry {
-        let textures = view.textures.into_iter().map(|texture| (texture.name, self.texture(texture)));
+        let read = self.read(view.textures, view.blocks);
+        let fragment = self.add(view.fragment.as_bytes());
+        let textured = view.textured.map(|text| self.add(text.as_bytes()));
+        ViewEntry { fragment, textured, read, uniforms: view.uniforms.into_iter().collect() }
+    }
+
+    /// Adds the texture of a base colour.
+    pub fn base_color(&mut self, base_color: WebBaseColor) -> ReadEntry {
+        self.read(base_color.textures, base_color.blocks)
+    }
+
+    fn read(&mut self, textures: Vec<WebTexture>, blocks: Vec<(&'static str, Vec<u32>)>) -> ReadEntry {
+        let textures = textures.into_iter().map(|texture| (texture.name, self.texture(texture)));
         let textures = textures.collect();
-        let blocks = view.blocks.into_iter().map(|(name, words)| {
+        let blocks = blocks.into_iter().map(|(name, words)| {
             let words: Vec<_> = words.into_iter().map(u32::to_le_bytes).collect();
             (name, self.numbers(&words, 4))
         });
-        let blocks = blocks.collect();
-        let fragment = self.add(view.fragment.as_bytes());
-        ViewEntry { fragment, textures, blocks, uniforms: view.uniforms.into_iter().collect() }
+        ReadEntry { textures, blocks: blocks.collect() }
     }
 
     fn texture(&mut self, texture: WebTexture) -> TextureEntry {
@@ -152,6 +172,10 @@ impl Blobs {
             WebTexels::Words(words) => {
                 let words: Vec<_> = words.into_iter().map(u32::to_le_bytes).collect();
                 ("r32ui", self.numbers(&words, 1))
+            }
+            WebTexels::Codes(codes) => {
+                let bytes: Vec<_> = codes.into_flattened().into_iter().map(|code| [code]).collect();
+                ("r32ui", self.numbers(&bytes, 4))
             }
             WebTexels::Rgba(texels) => {
                 let values: Vec<_> = texels.as_flattened().iter().map(|value| value.to_le_bytes()).collect();

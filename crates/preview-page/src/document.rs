@@ -1,12 +1,12 @@
 //! The text of a page: its data as JSON, and the HTML around them.
 
 use containers::{escape_html, recipe_element};
-use mesh::Mesh;
 use preview::web;
 use serde::Serialize;
 
 use crate::Form;
-use crate::blobs::{Blobs, Numbers, ViewEntry};
+use crate::blobs::{Blobs, ReadEntry, ViewEntry};
+use crate::mesh_entry::MeshEntry;
 
 /// Everything that a page shows.
 #[derive(Debug, Default, Serialize)]
@@ -66,53 +66,13 @@ pub struct FormError {
     pub p99: f64,
 }
 
-/// A mesh: its name, and where its numbers are.
-#[derive(Debug, Serialize)]
-pub struct MeshEntry {
-    name: String,
-    centre: [f64; 3],
-    radius: f64,
-    /// The places of vertices less the centre, divided by the radius; -1 to 1 is written as -32767 to 32767.
-    positions: Numbers,
-    /// The normals of vertices, written in the same way.
-    normals: Numbers,
-    /// The tangents of vertices, written in the same way.
-    tangents: Numbers,
-    /// The numbers of the vertices of each triangle.
-    triangles: Numbers,
-}
-
-impl MeshEntry {
-    /// Adds the numbers of a mesh.
-    pub fn new(name: String, mesh: &Mesh, blobs: &mut Blobs) -> Self {
-        let (centre, radius) = mesh.bounds();
-        let radius = if radius > 0.0 { radius } else { 1.0 };
-        let mut words = |values: &mut dyn Iterator<Item = f64>| {
-            let words: Vec<_> =
-                values.map(|value| ((32767.0 * value).round() as i16).to_le_bytes()).collect();
-            blobs.numbers(&words, 3)
-        };
-        let places = mesh.positions().iter();
-        let places = places.flat_map(|place| [0, 1, 2].map(|k| (f64::from(place[k]) - centre[k]) / radius));
-        let positions = words(&mut { places });
-        let normals = words(&mut mesh.normals().as_flattened().iter().map(|value| f64::from(*value)));
-        let tangents = mesh.tangents().iter().flat_map(|[x, y, z, _]| [*x, *y, *z].map(f64::from));
-        let tangents = words(&mut { tangents });
-        let corners = mesh.triangles().as_flattened();
-        let triangles = match mesh.positions().len() <= 1 << 16 {
-            true => blobs
-                .numbers(&corners.iter().map(|corner| (*corner as u16).to_le_bytes()).collect::<Vec<_>>(), 1),
-            false => blobs.numbers(&corners.iter().map(|corner| corner.to_le_bytes()).collect::<Vec<_>>(), 1),
-        };
-        Self { name, centre, radius, positions, normals, tangents, triangles }
-    }
-}
-
 /// A material under an environment, by their places.
 #[derive(Debug, Serialize)]
 pub struct PairEntry {
     environment: usize,
     material: usize,
+    /// The texture of the material's base colour, for the parts of meshes that show it.
+    pub base_color: Option<ReadEntry>,
     /// The forms that the page has of it.
     pub views: Vec<FormEntry>,
 }
@@ -120,7 +80,12 @@ pub struct PairEntry {
 impl PairEntry {
     /// A pair without a view.
     pub fn new(environment: usize, material: usize) -> Self {
-        Self { environment, material, views: Vec::new() }
+        Self { environment, material, base_color: None, views: Vec::new() }
+    }
+
+    /// The place of the material in the document.
+    pub fn material(&self) -> usize {
+        self.material
     }
 }
 

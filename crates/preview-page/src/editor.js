@@ -267,11 +267,19 @@ function makeFields(form) {
     return (values) => shows.forEach((show) => show(values));
 }
 
+/** The name of a field, in which a line may end after an underscore. */
+function makeName(tag, { name, meaning: title }) {
+    const [first, ...rest] = name.split(/(?<=_)/);
+    const label = Object.assign(make(tag, first), { title });
+    for (const part of rest) label.append(make('wbr', ''), part);
+    return label;
+}
+
 /** A row with the slider of a number. */
 function makeNumber(field, id, change) {
     const row = make('div', '', 'row');
     const { slider, show } = makeSlider(field, id, change);
-    row.append(Object.assign(make('label', field.name), { htmlFor: id, title: field.meaning }), slider);
+    row.append(Object.assign(makeName('label', field), { htmlFor: id }), slider);
     return { row, show };
 }
 
@@ -282,7 +290,7 @@ function makeColour(field, id, change) {
     row.setAttribute('aria-label', field.name);
     let shown = [];
     const head = make('div', '', 'row');
-    head.append(Object.assign(make('span', field.name), { title: field.meaning }));
+    head.append(makeName('span', field));
     const channels = CHANNELS.map((channel, i) => {
         return makeNumber({ ...field, name: channel }, `${id}-${i}`, (value) => change(shown.with(i, value)));
     });

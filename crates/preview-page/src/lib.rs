@@ -7,9 +7,11 @@
 mod blobs;
 mod document;
 mod form;
+mod mesh_entry;
 mod server;
 
-pub use blobs::{Blobs, Numbers, TextureEntry, ViewEntry};
-pub use document::{Document, EnvironmentEntry, FormEntry, FormError, MeshEntry, PairEntry};
+pub use blobs::{Blobs, Numbers, ReadEntry, TextureEntry, ViewEntry};
+pub use document::{Document, EnvironmentEntry, FormEntry, FormError, PairEntry};
 pub use form::Form;
+pub use mesh_entry::{MeshEntry, MeshPart};
 pub use server::{PageServer, serve};

@@ -117,15 +117,22 @@ function makeScene({ forms, ...said }) {
         throw Object.assign(new Error('A newer scene comes.'), { isGone: true });
     });
     const place = `scene/${said.number}`;
-    const loadView = (view) => load(`${place}/${formOf(view).name}`);
     const views = forms.map((form) => {
         return { ...form, mode: data.modes.findIndex(({ name }) => name === form.mode) };
     });
     return {
         ...said,
         views,
-        parts: () => load(place),
-        view: async (view) => Object.assign(view, { ...await loadView(view), ...view }),
+        parts: async () => {
+            const { mesh, sky } = await load(place);
+            // Each part has one material.
+            return { mesh: withCoordinates(mesh, mesh.parts.map(() => 0)), sky };
+        },
+        view: async (view) => {
+            const { parts, ...cost } = await load(`${place}/${formOf(view).name}`);
+            Object.assign(view, cost);
+            return parts;
+        },
     };
 }
 

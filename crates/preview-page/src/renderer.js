@@ -241,32 +241,43 @@ class Renderer {
     async dropMesh(key) {
         const dropped = this.meshes.get(key);
         this.meshes.delete(key);
-        const { array, buffers } = await dropped;
-        this.gl.deleteVertexArray(array);
-        for (const buffer of buffers) this.gl.deleteBuffer(buffer);
+        for (const { array, buffers } of (await dropped).parts) {
+            this.gl.deleteVertexArray(array);
+            for (const buffer of buffers) this.gl.deleteBuffer(buffer);
+        }
     }
 
-    async makeMesh(said) {
+    async makeMesh({ centre, radius, parts }) {
+        const ball = { centre, radius };
+        return { ball, parts: await Promise.all(parts.map((part) => this.makePart(part, ball))) };
+    }
+
+    async makePart({ positions, normals, tangents, coordinates, triangles }, { centre, radius }) {
         const { gl } = this;
-        const { positions, normals, tangents, triangles, centre, radius } = said;
-        const parts = [positions, normals, tangents, triangles].map(numbersBlob);
-        const contents = await Promise.all(parts);
-        const indices = Uint32Array.from(contents.pop());
+        const vectors = [positions, normals, tangents].map(async (numbers) => {
+            return Float32Array.from(new Int16Array((await numbersBlob(numbers)).buffer), (word) => word / 32767);
+        });
+        const [corners, places, ...attributes] = await Promise.all([numbersBlob(triangles), ...vectors]);
+        places.forEach((unit, i) => { places[i] = centre[i % 3] + radius * unit; });
+        attributes.unshift(places);
+        if (coordinates) {
+            const { buffer } = await numbersBlob(coordinates);
+            attributes.push(Float32Array.from(new Int32Array(buffer), (step) => step / 65536));
+        }
+        const indices = Uint32Array.from(corners);
         const array = gl.createVertexArray();
-        const buffers = [...contents, indices].map(() => gl.createBuffer());
+        const buffers = [...attributes, indices].map(() => gl.createBuffer());
         gl.bindVertexArray(array);
-        for (const [location, content] of contents.entries()) {
-            const units = Float32Array.from(new Int16Array(content.buffer), (word) => word / 32767);
-            if (!location) units.forEach((unit, i) => { units[i] = centre[i % 3] + radius * unit; });
+        for (const [location, numbers] of attributes.entries()) {
             gl.bindBuffer(gl.ARRAY_BUFFER, buffers[location]);
-            gl.bufferData(gl.ARRAY_BUFFER, units, gl.STATIC_DRAW);
+            gl.bufferData(gl.ARRAY_BUFFER, numbers, gl.STATIC_DRAW);
             gl.enableVertexAttribArray(location);
-            gl.vertexAttribPointer(location, 3, gl.FLOAT, false, 0, 0);
+            gl.vertexAttribPointer(location, location < 3 ? 3 : 2, gl.FLOAT, false, 0, 0);
         }
         gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffers.at(-1));
         gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
         gl.bindVertexArray(null);
-        return { array, buffers, count: indices.length, ball: { centre, radius } };
+        return { array, buffers, count: indices.length };
     }
 
     // ---- frames
@@ -290,7 +301,7 @@ class Renderer {
      * whether a part does not exist any more.
      *
      * `mesh` and `sky` are promises of entries, `sky` is null for none, and `views` has one or two promises
-     * of views, each with the `label` of its form.
+     * of views, a list with one for each part of the mesh, each with the `label` of its form.
      */
     async assemble({ mesh, sky, views, isDifference }) {
         const problems = [];
@@ -307,11 +318,12 @@ class Renderer {
             attempt('depth', this.depthProgram()),
             sky && attempt('background', sky.then((said) => this.pass(background, said))),
             isDifference ? attempt('difference', this.program(difference.vertex, difference.fragment)) : null,
-            ...views.map(({ label, view }) => attempt(label, view.then((said) => {
-                return this.pass({ vertex: data.vertex, fragment: said.fragment }, said);
+            ...views.map(({ label, view }) => attempt(label, view.then((parts) => {
+                const { vertex } = data;
+                return Promise.all(parts.map((said) => this.pass({ vertex, fragment: said.fragment }, said)));
             }))),
         ]);
-        await this.trimTextures([skyPass, ...sides].filter(Boolean));
+        await this.trimTextures([skyPass, ...sides.flat()].filter(Boolean));
         const programs = { depth, differenceProgram };
         return { mesh: loadedMesh, sky: skyPass, sides, isDifference, ...programs, problems, isGone };
     }
@@ -342,9 +354,9 @@ class Renderer {
         this.drawDepth(mesh, depth, page);
         const middle = sides.length === 2 ? Math.round(divide * width) : width;
         gl.enable(gl.SCISSOR_TEST);
-        for (const [side, pass] of sides.entries()) {
+        for (const [side, passes] of sides.entries()) {
             gl.scissor(side * middle, 0, side ? width - middle : middle, height);
-            this.drawMesh(mesh, pass, page);
+            this.drawMesh(mesh, passes, page);
         }
         gl.disable(gl.SCISSOR_TEST);
     }
@@ -352,10 +364,10 @@ class Renderer {
     drawDifference({ mesh, depth, sides, differenceProgram }, page, width, height, grey) {
         const { gl } = this;
         const { framebuffers, first, second } = this.targetsOf(width, height);
-        for (const [side, pass] of sides.entries()) {
+        for (const [side, passes] of sides.entries()) {
             this.clear(framebuffers[side], [0, 0, 0, 0]);
             this.drawDepth(mesh, depth, page);
-            this.drawMesh(mesh, pass, { ...page, 'page.raw': 1 });
+            this.drawMesh(mesh, passes, { ...page, 'page.raw': 1 });
         }
         this.clear(null, [...grey, 1]);
         if (!mesh || !differenceProgram || sides.includes(null)) return;
@@ -372,19 +384,23 @@ class Renderer {
 
     drawDepth(mesh, program, page) {
         const { gl } = this;
-        if (!program) return;
+        if (!mesh || !program) return;
+        const pass = { program, textures: {}, blocks: {}, uniforms: {} };
         gl.colorMask(false, false, false, false);
-        this.drawMesh(mesh, { program, textures: {}, blocks: {}, uniforms: {} }, page);
+        this.drawMesh(mesh, mesh.parts.map(() => pass), page);
         gl.colorMask(true, true, true, true);
     }
 
-    drawMesh(mesh, pass, page) {
+    /** Draws the parts of a mesh, each by its pass. */
+    drawMesh(mesh, passes, page) {
         const { gl } = this;
-        if (!mesh || !pass) return;
-        this.use(pass, page);
+        if (!mesh || !passes) return;
         gl.enable(gl.DEPTH_TEST);
-        gl.bindVertexArray(mesh.array);
-        gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0);
+        for (const [i, { array, count }] of mesh.parts.entries()) {
+            this.use(passes[i], page);
+            gl.bindVertexArray(array);
+            gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+        }
     }
 
     drawScreen(pass, page) {

@@ -8,7 +8,7 @@ use sphere::Direction;
 use transfer::Transfer;
 
 use crate::shading::base_color::BaseColorMap;
-use crate::{Framing, Light, Look, Mode, Show};
+use crate::{Framing, Light, Look, Mode, RenderError, Show};
 
 /// A mesh with its place and its look.
 #[derive(Clone, Debug)]
@@ -206,6 +206,18 @@ impl Scene {
 }
 
 impl Object {
+    /// The object's mesh in the coordinates of the scene.
+    ///
+    /// # Errors
+    /// If a position becomes too large there.
+    pub fn mesh_in_scene(&self) -> Result<Arc<Mesh>, RenderError> {
+        if self.place == DAffine3::IDENTITY {
+            return Ok(Arc::clone(&self.mesh));
+        }
+        let mesh = self.mesh.transformed(&self.place);
+        mesh.map(Arc::new).map_err(|error| RenderError::maps(error.to_string()))
+    }
+
     /// The mesh that hides light from the object: the whole that it is a part of, or its own.
     pub(crate) fn occluder(&self) -> &Arc<Mesh> {
         self.whole.as_ref().unwrap_or(&self.mesh)

@@ -7,6 +7,7 @@
 //! as in engines, by [`taps::LookUp`]: with the filters of the device, whose weights have eight bits, and a
 //! third of the code.
 
+mod base_color;
 mod elements;
 mod specialised;
 mod texture;
@@ -16,6 +17,7 @@ use std::collections::BTreeSet;
 use envmap::CubeMap;
 use taps::{AnyTable, Language, LookUp, Source, atlas_picture, facet_texels, table_texels};
 
+pub use self::base_color::WebBaseColor;
 use self::elements::{Elements, Place};
 use self::specialised::specialised;
 #[cfg(test)]
@@ -62,11 +64,21 @@ pub struct Cost {
     pub lights: usize,
 }
 
+impl Cost {
+    /// The most of each.
+    #[must_use]
+    pub fn most(self, other: Self) -> Self {
+        Self { fetches: self.fetches.max(other.fetches), lights: self.lights.max(other.lights) }
+    }
+}
+
 /// What a mode's shader reads of a look, beside the camera and the exposure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WebView {
     /// The fragment shader, for the models of the lights' material alone.
     pub fragment: String,
+    /// The same with the texture of the base colour ([`WebBaseColor`]), of modes that show the material.
+    pub textured: Option<String>,
     /// What a pixel costs.
     pub cost: Cost,
     /// The textures.
@@ -128,6 +140,10 @@ impl WebView {
         if mode == Mode::Taps {
             shader = with_look_up(&shader, look.compact_map()?);
         }
+        if mode.shows_material() {
+            view.textured = Some(specialised(&shader, &models));
+            shader = replaced(&shader, "vec3 mesh_radiance(", UNTEXTURED);
+        }
         view.fragment = specialised(&shader, &models);
         Ok(Some(view))
     }
@@ -140,6 +156,17 @@ impl WebView {
             Place::Texture(texture) => self.textures.push(texture),
         }
         shader
+    }
+
+    /// The same view with the texture of a base colour; without one if its mode shows no material.
+    #[must_use]
+    pub fn with_base_color(mut self, base_color: WebBaseColor) -> Self {
+        if let Some(textured) = self.textured.take() {
+            self.fragment = textured;
+            self.textures.extend(base_color.textures);
+            self.blocks.extend(base_color.blocks);
+        }
+        self
     }
 
     /// What the shader of the sky reads of a light.
@@ -237,7 +264,16 @@ fn with_look_up(shader: &str, map: &CompactMap) -> String {
         "{}\nvec3 taps_radiance(Surface surface) {{\n    return tap_reflected({arguments});\n}}\n",
         look_up.text()
     );
-    let (before, rest) = shader.split_once("vec3 taps_radiance(").unwrap_or((shader, ""));
+    replaced(shader, "vec3 taps_radiance(", &own)
+}
+
+/// What a surface without a texture shows: the radiance by the base colour of its material.
+const UNTEXTURED: &str = "vec3 mesh_radiance(PageVertex at, Surface surface, vec3 radiance) {\n    \
+                          return radiance;\n}\n";
+
+/// The shader with a function in place of the one that begins so.
+fn replaced(shader: &str, beginning: &str, function: &str) -> String {
+    let (before, rest) = shader.split_once(beginning).unwrap_or((shader, ""));
     let (_, after) = rest.split_once("\n}\n").unwrap_or_default();
-    [before, &own, after].concat()
+    [before, function, after].concat()
 }

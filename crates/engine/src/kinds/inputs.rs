@@ -44,6 +44,15 @@ impl Inputs {
         items.iter().map(|(key, handle)| Ok((key.clone(), handle.get::<T>()?))).collect()
     }
 
+    /// The encoded bytes of the artifacts at a `many` port, in the order of [`Inputs::many`].
+    ///
+    /// # Errors
+    /// If those of one cannot be read.
+    pub fn many_bytes(&self, port: &str) -> Result<Vec<Vec<u8>>, Failure> {
+        let items = self.ports.get(port).map_or(&[][..], Vec::as_slice);
+        items.iter().map(|(_, handle)| handle.bytes()).collect()
+    }
+
     /// The encoded bytes of the artifact at a single port, for a kind that passes them to another program.
     ///
     /// # Errors
@@ -107,6 +116,9 @@ mod tests {
         let texts = inputs.many::<Text>("texts").unwrap();
         let texts = texts.iter().map(|(key, text)| format!("{key} {}", text.0)).collect::<Vec<_>>();
         assert_eq!(texts, ["one one", "two two"]);
+        let bytes = ["one", "two"].map(|text| Text(text.into()).encode().unwrap());
+        assert_eq!(inputs.many_bytes("texts").unwrap(), bytes);
+        assert!(inputs.many_bytes("none").unwrap().is_empty());
     }
 
     #[test]

@@ -2,17 +2,22 @@
 
 use std::sync::{Arc, OnceLock};
 
+use brdf::BaseColorTexture;
 use parking_lot::Mutex;
-use preview::{Export, Light, Look, RenderError, Scene, Subject, SubjectDetails, web::WebView};
+use preview::web::{Cost, WebBaseColor, WebView};
+use preview::{Export, Light, Look, Object, RenderError, Scene, Subject, SubjectDetails};
 use serde_json::json;
 use sh::Stop;
 
+use crate::Form;
 use crate::blobs::{Blobs, ViewEntry};
-use crate::document::{FormEntry, MeshEntry};
-use crate::{Document, Form};
+use crate::mesh_entry::{MeshEntry, MeshPart};
 
 /// The most rows of a sky in the background.
 const SKY_ROWS: usize = 512;
+
+/// The most texels along a side of a texture: all that there are.
+const LONGEST_SIDE: usize = BaseColorTexture::LONGEST_SIDE;
 
 /// What a page draws of a scene.
 #[derive(Debug)]
@@ -21,8 +26,8 @@ pub(super) struct LiveScene {
     subject: Subject,
     scene: Scene,
     details: SubjectDetails,
-    /// The look with a reflection of low degree, of a material without maps.
-    estimate: OnceLock<Result<Arc<Look>, RenderError>>,
+    /// The looks with a reflection of low degree, of the materials of objects without maps.
+    estimates: Vec<OnceLock<Result<Arc<Look>, RenderError>>>,
 }
 
 /// The sky of the light that was shown last.
@@ -31,7 +36,8 @@ pub(super) struct KeptSky(Mutex<Option<(Arc<Light>, Arc<ViewEntry>)>>);
 
 impl LiveScene {
     pub(super) fn new(number: u64, subject: Subject, scene: Scene, details: SubjectDetails) -> Self {
-        Self { number, subject, scene, details, estimate: OnceLock::new() }
+        let estimates = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        Self { number, subject, scene, details, estimates }
     }
 
     /// Returns a scene with another number, so that pages load all of it again.
@@ -44,17 +50,12 @@ impl LiveScene {
         self.scene.offers(form.mode()) || self.is_estimate(form)
     }
 
-    /// Whether a form is estimated: an SHRM, if the material is known and nothing else shows it.
+    /// Whether a form is estimated: an SHRM, if all materials are known and no form shows all of them.
     fn is_estimate(&self, form: Form) -> bool {
         let shows_material = |form: &Form| form.shows_material() && self.scene.offers(form.mode());
         form == Form::Shrm
-            && self.look().is_some_and(|look| look.material().is_some())
+            && self.scene.objects.iter().all(|object| object.look.material().is_some())
             && !Form::ALL.iter().any(shows_material)
-    }
-
-    /// The look of the mesh. Of several materials, a page draws the first.
-    fn look(&self) -> Option<&Arc<Look>> {
-        self.scene.objects.first().map(|object| &object.look)
     }
 
     /// The event that announces it.
@@ -72,10 +73,6 @@ impl LiveScene {
             })
         };
         let forms: Vec<_> = Form::ALL.into_iter().filter(|form| self.shows(*form)).map(form).collect();
-        let mut notes = self.details.notes.clone();
-        if self.scene.objects.len() > 1 {
-            notes.push("The page draws one of the materials of this mesh on all of it.".into());
-        }
         json!({
             "number": self.number,
             "environment": environment,
@@ -83,7 +80,7 @@ impl LiveScene {
             "mesh": mesh,
             "exposure": self.scene.light.exposure().stops,
             "forms": forms,
-            "notes": notes,
+            "notes": self.details.notes,
         })
         .to_string()
     }
@@ -93,34 +90,45 @@ impl LiveScene {
     /// # Errors
     /// If the scene has no mesh, or a number of it is not finite.
     pub(super) fn surroundings(&self, blobs: &Mutex<Blobs>, sky: &KeptSky) -> Result<String, String> {
-        let object = self.scene.objects.first().ok_or("the scene has no mesh")?;
-        let mesh = object.whole.as_ref().unwrap_or(&object.mesh);
-        let mesh = MeshEntry::new(self.subject.mesh.clone(), mesh, &mut blobs.lock());
+        let meshes = self.scene.objects.iter().map(Object::mesh_in_scene);
+        let meshes = meshes.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        let parts = self.scene.objects.iter().zip(&meshes).map(|(object, mesh)| {
+            let placement = object.look.base_color().map(|texture| (0, *texture.placement()));
+            MeshPart { mesh, material: None, textures: placement.into_iter().collect() }
+        });
+        let parts: Vec<_> = parts.collect();
+        let mesh = MeshEntry::new(self.subject.mesh.clone(), self.scene.framing(), &parts, &mut blobs.lock());
         let sky = sky.of(&self.scene.light, blobs)?;
         serde_json::to_string(&json!({ "mesh": mesh, "sky": *sky })).map_err(|error| error.to_string())
     }
 
-    /// What a form of the scene is drawn with; `None` if it has no such form.
+    /// What each part of the mesh is drawn with in a form of the scene; `None` if it has no such form.
     ///
     /// # Errors
-    /// If its map cannot be made.
-    pub(super) fn view(
-        &self,
-        mode: &str,
-        document: &Mutex<Document>,
-        blobs: &Mutex<Blobs>,
-    ) -> Result<Option<String>, String> {
+    /// If a map cannot be made.
+    pub(super) fn view(&self, mode: &str, blobs: &Mutex<Blobs>) -> Result<Option<String>, String> {
         let found = Form::ALL.into_iter().find(|form| form.mode().name() == mode && self.shows(*form));
-        let (Some(form), Some(look)) = (found, self.look()) else { return Ok(None) };
-        let look = match self.is_estimate(form) {
-            true => self.estimate.get_or_init(|| look.estimated(Stop::NEVER).map(Arc::new)).clone(),
-            false => Ok(Arc::clone(look)),
-        };
-        let view = look.and_then(|look| WebView::of(&look, form.mode()));
-        let view = view.map_err(|error| error.to_string())?.ok_or("a page cannot draw this form")?;
-        let cost = view.cost;
-        let entry = FormEntry::new(document.lock().form(form), blobs.lock().view(view), cost);
-        serde_json::to_string(&entry).map(Some).map_err(|error| error.to_string())
+        let Some(form) = found else { return Ok(None) };
+        let mut cost = Cost::default();
+        let mut parts = Vec::new();
+        for (object, estimate) in self.scene.objects.iter().zip(&self.estimates) {
+            let look = match object.offers(form.mode()) {
+                true => Ok(Arc::clone(&object.look)),
+                false => estimate.get_or_init(|| object.look.estimated(Stop::NEVER).map(Arc::new)).clone(),
+            };
+            let view = look.and_then(|look| WebView::of(&look, form.mode()));
+            let view = view.map_err(|error| error.to_string())?.ok_or("a page cannot draw this form")?;
+            cost = cost.most(view.cost);
+            let base_color = object.mesh.coordinates().and(WebBaseColor::of(&object.look, LONGEST_SIDE));
+            let view = match base_color {
+                Some(base_color) => view.with_base_color(base_color),
+                None => WebView { textured: None, ..view },
+            };
+            parts.push(blobs.lock().view(view));
+        }
+        let Cost { fetches, lights } = cost;
+        let view = json!({ "parts": parts, "fetches": fetches, "lights": lights });
+        Ok(Some(view.to_string()))
     }
 }
 

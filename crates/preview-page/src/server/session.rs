@@ -248,7 +248,7 @@ impl Session {
         }
         let make = || match mode {
             None => scene.surroundings(&self.blobs, &self.sky).map(Some),
-            Some(mode) => scene.view(mode, &self.document, &self.blobs),
+            Some(mode) => scene.view(mode, &self.blobs),
         };
         let made = self.pool.lock().install(make);
         let response = match made {

@@ -10,16 +10,9 @@ fn coloured_vertex(@location(0) position: vec3f, @location(3) coordinates: vec2f
     return ColouredVertex(placed.clip * vec4f(position, 1.0), coordinates);
 }
 
-// The coordinates u and 1 / w, the fourth part of the position here, are such that u / w and 1 / w are linear
-// on the screen: their steps are exact, and the derivatives of u follow from them.
 @fragment
 fn coloured_fragment(at: ColouredVertex) -> @location(0) vec4f {
-    let nearness = at.position.w;
-    let sum = at.coordinates * nearness;
-    let scale = 1.0 / (nearness * placed.samples);
-    let across = (dpdx(sum) - at.coordinates * dpdx(nearness)) * scale;
-    let down = (dpdy(sum) - at.coordinates * dpdy(nearness)) * scale;
-    return vec4f(texture_color(at.coordinates, across, down), 1.0);
+    return vec4f(texture_at_fragment(at.coordinates, at.position.w, placed.samples), 1.0);
 }
 
 struct UncolouredVertex {

@@ -12,21 +12,8 @@ use super::identity_cache::{Identity, IdentityCache};
 use super::layouts::Layouts;
 use super::memory::TEXELS;
 use crate::shading::base_color::BaseColorMap;
-use crate::shading::numbers::wrap;
-use crate::shading::texture::{MOST_LEVELS, PackedTexture};
+use crate::shading::texture::PackedTexture;
 use crate::{Look, Mode, Object, RenderError, Scene, Shot};
-
-/// The struct `TextureUniforms` of texture.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct TextureUniforms {
-    factor: [f32; 3],
-    nearest: u32,
-    wrap: [u32; 2],
-    count: u32,
-    unused: u32,
-    levels: [[u32; 4]; MOST_LEVELS],
-}
 
 /// The textures of a scene's objects.
 #[derive(Debug, Default)]
@@ -117,20 +104,7 @@ fn bound(
     layouts: &Layouts,
     texture: &PackedTexture,
 ) -> Result<wgpu::BindGroup, RenderError> {
-    let placement = texture.placement();
-    let mut levels = [[0; 4]; MOST_LEVELS];
-    for (level, of) in levels.iter_mut().zip(texture.levels()) {
-        *level = [of.first, of.size.x, of.size.y, 0];
-    }
-    let uniforms = TextureUniforms {
-        factor: placement.factor.map(|factor| factor as f32),
-        nearest: u32::from(placement.is_nearest),
-        wrap: placement.wrap.map(wrap),
-        count: texture.levels().len() as u32,
-        unused: 0,
-        levels,
-    };
-    let uniforms = device.filled("the uniforms of a texture", BufferUsages::UNIFORM, &[uniforms])?;
+    let uniforms = device.filled("the uniforms of a texture", BufferUsages::UNIFORM, &texture.uniforms())?;
     let texels = device.filled("a texture", BufferUsages::STORAGE, texture.words())?;
     Ok(device.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("a texture"),

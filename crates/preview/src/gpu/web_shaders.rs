@@ -10,13 +10,21 @@ use wgpu::naga::proc::BoundsCheckPolicies;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{AddressSpace, ShaderStage};
 
-use super::layouts::{BACKGROUND, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, common, mode_files};
+use super::layouts::{
+    BACKGROUND, BASE_COLOR, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, TEXTURE, common, mode_files,
+};
 use crate::shading::material::{self, all_models};
 use crate::shading::shadows::NO_SHADOWS;
 use crate::{Mode, web};
 
 const PAGE: &str = include_str!("../web/page.wgsl");
 const TAPS: &str = include_str!("../web/taps.wgsl");
+const MESH: &str = include_str!("../web/mesh.wgsl");
+const TEXTURED: &str = include_str!("../web/textured.wgsl");
+
+/// What a mode shows if it shows no material.
+const UNTEXTURED: &str = "fn mesh_radiance(at: PageVertex, surface: Surface, radiance: vec3f) -> vec3f { \
+                          return radiance; }\n";
 
 /// A shader: its file, its entry point, and its text in WGSL.
 struct WebShader {
@@ -48,7 +56,10 @@ fn shaders() -> Vec<WebShader> {
             mode => mode_files(mode, &all_models()),
         };
         let one = format!("fn shade_mode(surface: Surface) -> vec3f {{ return {value}; }}\n");
-        let files = [HARMONICS, &files, &one, include_str!("../web/mesh.wgsl")];
+        // A map has the bindings of the texture, too.
+        let texture = [&TEXTURE.replace("@group(1)", "@group(4)"), BASE_COLOR, TEXTURED].concat();
+        let shown = if mode.shows_material() { &texture } else { UNTEXTURED };
+        let files = [HARMONICS, &files, &one, shown, MESH];
         shaders.push(of(&format!("{}.frag", mode.name()), "mesh_fragment", &files));
     }
     shaders

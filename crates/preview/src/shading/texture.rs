@@ -11,6 +11,8 @@ use brdf::{BaseColorTexture, TexturePlacement, Wrap};
 use envmap::{ToneMap, box_filtered, srgb_decode, to_srgb8};
 use glam::{UVec2, Vec2, Vec3};
 
+use super::numbers;
+
 /// The most levels of a texture.
 pub const MOST_LEVELS: usize = BaseColorTexture::LONGEST_SIDE.ilog2() as usize + 1;
 
@@ -74,6 +76,33 @@ impl PackedTexture {
     /// The texels of all levels: red in the lowest byte, green, blue, and 255.
     pub fn words(&self) -> &[u32] {
         &self.words
+    }
+
+    /// The struct `TextureUniforms` of shaders, in words.
+    pub fn uniforms(&self) -> Vec<u32> {
+        let TexturePlacement { factor, is_nearest, wrap, .. } = self.placement;
+        let [red, green, blue] = factor.map(|factor| (factor as f32).to_bits());
+        let [u, v] = wrap.map(numbers::wrap);
+        let head = [red, green, blue, u32::from(is_nearest), u, v, self.levels.len() as u32, 0];
+        let levels = self.levels.iter().flat_map(|level| [level.first, level.size.x, level.size.y, 0]);
+        let mut words: Vec<u32> = head.into_iter().chain(levels).collect();
+        words.resize(head.len() + 4 * MOST_LEVELS, 0);
+        words
+    }
+
+    /// The same texture without the levels that have more texels along a side than this. The coarsest level
+    /// stays in any case.
+    #[must_use]
+    pub fn within(&self, longest_side: usize) -> Self {
+        let is_small = |level: &TextureLevel| level.size.max_element() as usize <= longest_side;
+        let kept = self.levels.iter().position(is_small).unwrap_or(self.levels.len() - 1);
+        let first = self.levels[kept].first;
+        let level = |level: &TextureLevel| TextureLevel { first: level.first - first, ..*level };
+        Self {
+            words: self.words[first as usize..].to_vec(),
+            levels: self.levels[kept..].iter().map(level).collect(),
+            placement: self.placement,
+        }
     }
 
     /// The levels, the finest first.
@@ -183,6 +212,24 @@ mod tests {
         for (u, expected) in [(0.01, black), (0.32, black), (0.34, grey), (0.99, white), (1.01, black)] {
             near(at(&codes, Wrap::Repeat, true, u, 1.0), expected);
         }
+    }
+
+    /// What is far away looks the same, and what is near is the mean of its texels.
+    #[test]
+    fn a_smaller_texture_lacks_its_finest_levels() {
+        let texels = [[0; 3], [255; 3], [0; 3], [0; 3]];
+        let whole = BaseColorTexture::new([4, 1], texels.to_vec(), TexturePlacement::default()).unwrap();
+        let whole = PackedTexture::new(&whole);
+        assert_eq!(whole.within(4), whole);
+        let half = whole.within(3);
+        assert_eq!((half.words(), half.levels().len()), (&whole.words()[4..], 2));
+        for texels in [2.0, 3.0, 9.0] {
+            let step = Vec2::new(texels / 4.0, 0.0);
+            let spot = TextureSpot { at: Vec2::new(0.25, 0.5), across: step, down: Vec2::ZERO };
+            assert_eq!(super::texture(&half, &spot), super::texture(&whole, &spot));
+        }
+        assert_eq!(whole.within(0).levels(), [TextureLevel { first: 0, size: UVec2::ONE }]);
+        assert_eq!(half.uniforms()[6..16], [2, 0, 0, 2, 1, 0, 2, 1, 1, 0]);
     }
 
     /// Levels of 4, 2 and 1 texels; the step chooses between them by its logarithm.

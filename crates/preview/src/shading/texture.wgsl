@@ -80,3 +80,14 @@ fn texture_color(at: vec2f, across: vec2f, down: vec2f) -> vec3f {
     let one = texture_level(texture_uniforms.levels[fine], at, false);
     return mix(one, texture_level(texture_uniforms.levels[fine + 1u], at, false), level - f32(fine));
 }
+
+// The linear colour at a fragment's coordinates u, with so many samples along each side of a pixel.
+// `nearness` is 1 / w, the fourth part of a fragment's position. u / w and 1 / w are linear on the screen:
+// their steps are exact, and the derivatives of u follow from them.
+fn texture_at_fragment(coordinates: vec2f, nearness: f32, samples: f32) -> vec3f {
+    let sum = coordinates * nearness;
+    let scale = 1.0 / (nearness * samples);
+    let across = (dpdx(sum) - coordinates * dpdx(nearness)) * scale;
+    let down = (dpdy(sum) - coordinates * dpdy(nearness)) * scale;
+    return texture_color(coordinates, across, down);
+}

@@ -8,6 +8,7 @@ struct PageVertex {
     vec3 normal;
     vec3 tangent;
     vec3 ray;
+    vec2 coordinates;
 };
 struct PageUniforms {
     mat4x4 clip;
@@ -38,6 +39,7 @@ layout(std140) uniform page_block { PageUniforms page; };
 smooth in vec3 _vs2fs_location0;
 smooth in vec3 _vs2fs_location1;
 smooth in vec3 _vs2fs_location2;
+smooth in vec2 _vs2fs_location3;
 layout(location = 0) out vec4 _fs2p_location0;
 
 vec3 develop_between(vec3 value, float most) {
@@ -66,7 +68,7 @@ vec3 difference(vec3 value_1, vec3 compared) {
 }
 
 void main() {
-    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2);
+    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2, _vs2fs_location3);
     uvec2 pixel = uvec2(at.position.xy);
     vec4 value_2 = texelFetch(first, ivec2(pixel), 0);
     if ((value_2.w == 0.0)) {

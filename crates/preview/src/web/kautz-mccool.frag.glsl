@@ -31,11 +31,19 @@ struct OnFace {
     vec2 at;
     float distance_;
 };
+struct TextureUniforms {
+    vec3 factor;
+    uint nearest;
+    uvec2 wrap;
+    uint count;
+    uvec4 levels[11];
+};
 struct PageVertex {
     vec4 position;
     vec3 normal;
     vec3 tangent;
     vec3 ray;
+    vec2 coordinates;
 };
 struct PageUniforms {
     mat4x4 clip;
@@ -56,16 +64,27 @@ const uint DEVELOP_PLAIN = 0u;
 const uint DEVELOP_FILMIC = 1u;
 const mat3x3 DEVELOP_INTO_ACES = mat3x3(vec3(0.59719, 0.076, 0.0284), vec3(0.35458, 0.90834, 0.13383), vec3(0.04823, 0.01566, 0.83777));
 const mat3x3 DEVELOP_FROM_ACES = mat3x3(vec3(1.60475, -0.10208, -0.00327), vec3(-0.53108, 1.10813, -0.07276), vec3(-0.07367, -0.00605, 1.07602));
+const uint TEXTURE_REPEAT = 0u;
+const uint TEXTURE_MIRROR = 1u;
+const uint TEXTURE_CLAMP = 2u;
+const uint BASE_COLOR_NUMBERS = 13u;
 
 layout(std140) uniform map_uniforms_block { MapUniforms map_uniforms; };
 
 uniform highp sampler2DArray map;
+
+layout(std140) uniform texture_uniforms_block { TextureUniforms texture_uniforms; };
+
+uniform highp usampler2D texture_texels;
+
+uniform highp sampler2D base_color_numbers;
 
 layout(std140) uniform page_block { PageUniforms page; };
 
 smooth in vec3 _vs2fs_location0;
 smooth in vec3 _vs2fs_location1;
 smooth in vec3 _vs2fs_location2;
+smooth in vec2 _vs2fs_location3;
 layout(location = 0) out vec4 _fs2p_location0;
 
 float angles_angle(float y, float x) {
@@ -213,11 +232,11 @@ Texel cube_continued(uint edge, uint face_1, int column, int row) {
     if (_e24) {
         return Texel(face_1, uint(column), uint(row));
     }
-    vec2 at_2 = vec2(ivec2(((2 * column) - last), ((2 * row) - last)));
-    vec3 _e37 = cube_point(face_1, at_2, float(edge));
+    vec2 at_5 = vec2(ivec2(((2 * column) - last), ((2 * row) - last)));
+    vec3 _e37 = cube_point(face_1, at_5, float(edge));
     OnFace _e38 = cube_on_face(_e37);
-    ivec2 whole = min(max(((ivec2(_e38.at) + ivec2(last)) / ivec2(2)), ivec2(0)), ivec2(last));
-    return Texel(_e38.face, uint(whole.x), uint(whole.y));
+    ivec2 whole_1 = min(max(((ivec2(_e38.at) + ivec2(last)) / ivec2(2)), ivec2(0)), ivec2(last));
+    return Texel(_e38.face, uint(whole_1.x), uint(whole_1.y));
 }
 
 Taps cube_taps(uint edge_1, vec3 direction) {
@@ -367,25 +386,205 @@ vec3 shade_mode(Surface surface_2) {
     return _e1;
 }
 
-vec4 page_shown(vec3 radiance_1) {
+uint texture_texels_element(uint i) {
+    uvec4 _e8 = texelFetch(texture_texels, ivec2(uvec2((i % 1024u), (i / 1024u))), 0);
+    return _e8.x;
+}
+
+vec3 texture_decode(vec3 encoded) {
+    vec3 curve_1 = pow(((max(encoded, vec3(0.04045)) + vec3(0.055)) / vec3(1.055)), vec3(2.4));
+    return mix(curve_1, (encoded / vec3(12.92)), lessThanEqual(encoded, vec3(0.04045)));
+}
+
+uint texture_wrapped(int index, int count, uint wrap) {
+    if ((wrap == TEXTURE_CLAMP)) {
+        return uint(min(max(index, 0), (count - 1)));
+    }
+    int period = ((wrap == TEXTURE_MIRROR) ? (2 * count) : count);
+    int inside_1 = (((index % period) + period) % period);
+    return uint(min(inside_1, ((wrap == TEXTURE_MIRROR) ? ((period - 1) - inside_1) : inside_1)));
+}
+
+vec3 texture_texel(uvec4 level, int column_1, int row_1) {
+    uint _e8 = texture_uniforms.wrap.x;
+    uint _e9 = texture_wrapped(column_1, int(level.y), _e8);
+    uint _e15 = texture_uniforms.wrap.y;
+    uint _e16 = texture_wrapped(row_1, int(level.z), _e15);
+    uint _e22 = texture_texels_element(((level.x + (_e16 * level.y)) + _e9));
+    vec3 _e25 = texture_decode((vec4(_e22 & 0xFFu, _e22 >> 8 & 0xFFu, _e22 >> 16 & 0xFFu, _e22 >> 24) / 255.0).xyz);
+    return _e25;
+}
+
+vec3 texture_level(uvec4 level_1, vec2 at_2, bool nearest) {
+    vec2 place = (at_2 * vec2(level_1.yz));
+    if (nearest) {
+        ivec2 first_2 = ivec2(floor(place));
+        vec3 _e10 = texture_uniforms.factor;
+        vec3 _e13 = texture_texel(level_1, first_2.x, first_2.y);
+        return (_e10 * _e13);
+    }
+    vec2 middle = (place - vec2(0.5));
+    vec2 floored = floor(middle);
+    vec2 share_2 = (middle - floored);
+    ivec2 first_3 = ivec2(floored);
+    ivec2 next = (first_3 + ivec2(1));
+    vec3 _e26 = texture_uniforms.factor;
+    vec3 _e29 = texture_texel(level_1, first_3.x, first_3.y);
+    vec3 _e32 = texture_texel(level_1, next.x, first_3.y);
+    vec3 _e37 = texture_texel(level_1, first_3.x, next.y);
+    vec3 _e40 = texture_texel(level_1, next.x, next.y);
+    return (_e26 * mix(mix(_e29, _e32, share_2.x), mix(_e37, _e40, share_2.x), share_2.y));
+}
+
+vec3 texture_color(vec2 at_3, vec2 across, vec2 down) {
+    float level_2 = 0.0;
+    bool local_9 = false;
+    uvec4 _e6 = texture_uniforms.levels[0];
+    vec2 size = vec2(_e6.yz);
+    float square_2 = max(dot((across * size), (across * size)), dot((down * size), (down * size)));
+    uint _e18 = texture_uniforms.count;
+    uint most_1 = (_e18 - 1u);
+    if ((square_2 > 1.0)) {
+        level_2 = (0.5 * log2(square_2));
+    }
+    float _e28 = level_2;
+    if ((_e28 == 0.0)) {
+        uvec4 _e34 = texture_uniforms.levels[0];
+        uint _e37 = texture_uniforms.nearest;
+        if ((_e37 == 1u)) {
+            local_9 = (most_1 > 0u);
+        } else {
+            local_9 = false;
+        }
+        bool _e45 = local_9;
+        vec3 _e46 = texture_level(_e34, at_3, _e45);
+        return _e46;
+    }
+    float _e47 = level_2;
+    if ((_e47 >= float(most_1))) {
+        uvec4 _e53 = texture_uniforms.levels[most_1];
+        vec3 _e55 = texture_level(_e53, at_3, false);
+        return _e55;
+    }
+    float _e56 = level_2;
+    uint fine = uint(_e56);
+    uvec4 _e61 = texture_uniforms.levels[fine];
+    vec3 _e63 = texture_level(_e61, at_3, false);
+    uvec4 _e69 = texture_uniforms.levels[(fine + 1u)];
+    vec3 _e71 = texture_level(_e69, at_3, false);
+    float _e72 = level_2;
+    return mix(_e63, _e71, (_e72 - float(fine)));
+}
+
+vec3 texture_at_fragment(vec2 coordinates, float nearness, float samples) {
+    vec2 sum_1 = (coordinates * nearness);
+    float scale = (1.0 / (nearness * samples));
+    vec2 _e7 = dFdx(sum_1);
+    float _e8 = dFdx(nearness);
+    vec2 across_1 = ((_e7 - (coordinates * _e8)) * scale);
+    vec2 _e12 = dFdy(sum_1);
+    float _e13 = dFdy(nearness);
+    vec2 down_1 = ((_e12 - (coordinates * _e13)) * scale);
+    vec3 _e17 = texture_color(coordinates, across_1, down_1);
+    return _e17;
+}
+
+vec4 base_color_number(uint column_2, uint row_2) {
+    vec4 _e5 = texelFetch(base_color_numbers, ivec2(uvec2(column_2, row_2)), 0);
+    return _e5;
+}
+
+vec3 base_color_several(vec3 color, float whole) {
+    vec3 average = (color + ((vec3(1.0) - color) / vec3(21.0)));
+    return (((average * average) * whole) / (vec3(1.0) - (average * (1.0 - whole))));
+}
+
+vec3 base_color(uint row_3, vec3 color_1, vec3 radiance_1, Surface surface_3) {
+    vec3 light = vec3(0.0);
+    uint nodes = ((uvec2(textureSize(base_color_numbers, 0).xy).x - BASE_COLOR_NUMBERS) / 2u);
+    float place_1 = (sqrt(clamp(dot(surface_3.normal, surface_3.view), 0.0, 1.0)) * float((nodes - 1u)));
+    uint node = min(uint(place_1), (nodes - 2u));
+    uint column_3 = (BASE_COLOR_NUMBERS + (2u * node));
+    float share_3 = (place_1 - float(node));
+    vec4 _e32 = base_color_number(column_3, row_3);
+    vec4 _e35 = base_color_number((column_3 + 2u), row_3);
+    vec4 facets = mix(_e32, _e35, share_3);
+    vec4 _e39 = base_color_number((column_3 + 1u), row_3);
+    vec4 _e42 = base_color_number((column_3 + 3u), row_3);
+    vec4 layers = mix(_e39, _e42, share_3);
+    vec3 n_1 = surface_3.normal;
+    vec4 _e46 = base_color_number(0u, row_3);
+    light = _e46.xyz;
+    vec3 _e49 = light;
+    vec4 _e51 = base_color_number(1u, row_3);
+    light = (_e49 + (_e51.xyz * n_1.y));
+    vec3 _e56 = light;
+    vec4 _e58 = base_color_number(2u, row_3);
+    light = (_e56 + (_e58.xyz * n_1.z));
+    vec3 _e63 = light;
+    vec4 _e65 = base_color_number(3u, row_3);
+    light = (_e63 + (_e65.xyz * n_1.x));
+    vec3 _e70 = light;
+    vec4 _e72 = base_color_number(4u, row_3);
+    light = (_e70 + (_e72.xyz * (n_1.x * n_1.y)));
+    vec3 _e79 = light;
+    vec4 _e81 = base_color_number(5u, row_3);
+    light = (_e79 + (_e81.xyz * (n_1.y * n_1.z)));
+    vec3 _e88 = light;
+    vec4 _e90 = base_color_number(6u, row_3);
+    light = (_e88 + (_e90.xyz * (((3.0 * n_1.z) * n_1.z) - 1.0)));
+    vec3 _e101 = light;
+    vec4 _e103 = base_color_number(7u, row_3);
+    light = (_e101 + (_e103.xyz * (n_1.x * n_1.z)));
+    vec3 _e110 = light;
+    vec4 _e112 = base_color_number(8u, row_3);
+    light = (_e110 + (_e112.xyz * ((n_1.x * n_1.x) - (n_1.y * n_1.y))));
+    vec4 _e124 = base_color_number(9u, row_3);
+    vec3 _e125 = light;
+    vec3 matte = (max(_e125, vec3(0.0)) * (facets.x * (1.0 - _e124.w)));
+    vec4 _e136 = base_color_number(10u, row_3);
+    vec4 _e138 = base_color_number(11u, row_3);
+    vec4 _e140 = base_color_number(12u, row_3);
+    vec3 several = _e140.xyz;
+    vec3 beside = (((_e138.xyz * layers.y) + vec3(layers.x)) + vec3((_e136.w * facets.w)));
+    vec3 _e162 = base_color_several(_e124.xyz, _e138.w);
+    vec3 of_mean = ((beside + (mix(_e136.xyz, _e124.xyz, _e124.w) * facets.z)) + (mix(several, _e162, _e124.w) * facets.y));
+    vec3 _e175 = base_color_several(color_1, _e138.w);
+    vec3 of_color = ((beside + (mix(_e136.xyz, color_1, _e124.w) * facets.z)) + (mix(several, _e175, _e124.w) * facets.y));
+    vec3 base = (_e124.xyz * matte);
+    vec3 rest_2 = max((radiance_1 - base), vec3(0.0));
+    vec3 whole_2 = (base + rest_2);
+    vec3 ratio = mix(vec3(1.0), (of_color / max(of_mean, vec3(1e-30))), greaterThan(of_mean, vec3(0.0)));
+    vec3 scale_1 = (((color_1 * matte) + (rest_2 * ratio)) / max(whole_2, vec3(1e-30)));
+    return mix(radiance_1, (radiance_1 * scale_1), greaterThan(whole_2, vec3(0.0)));
+}
+
+vec3 mesh_radiance(PageVertex at_4, Surface surface_4, vec3 radiance_2) {
+    vec3 _e7 = texture_at_fragment(at_4.coordinates, at_4.position.w, 1.0);
+    vec3 _e9 = base_color(0u, _e7, radiance_2, surface_4);
+    return _e9;
+}
+
+vec4 page_shown(vec3 radiance_3) {
     uint _e3 = page.raw;
     if ((_e3 == 1u)) {
-        return vec4(radiance_1, 1.0);
+        return vec4(radiance_3, 1.0);
     }
     float _e10 = page.gain;
     uint _e13 = page.tone;
-    vec3 _e14 = develop(radiance_1, _e10, _e13);
+    vec3 _e14 = develop(radiance_3, _e10, _e13);
     vec3 _e15 = develop_encode(_e14);
     return vec4(_e15, 1.0);
 }
 
 void main() {
     bool front = gl_FrontFacing;
-    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2);
+    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2, _vs2fs_location3);
     Surface _e5 = surface_new(at.normal, at.tangent, at.ray, front);
     vec3 _e6 = shade_mode(_e5);
-    vec4 _e7 = page_shown(_e6);
-    _fs2p_location0 = _e7;
+    vec3 _e7 = mesh_radiance(at, _e5, _e6);
+    vec4 _e8 = page_shown(_e7);
+    _fs2p_location0 = _e8;
     return;
 }
 

@@ -13,6 +13,7 @@ struct PageVertex {
     vec3 normal;
     vec3 tangent;
     vec3 ray;
+    vec2 coordinates;
 };
 struct PageUniforms {
     mat4x4 clip;
@@ -41,6 +42,7 @@ layout(std140) uniform page_block { PageUniforms page; };
 smooth in vec3 _vs2fs_location0;
 smooth in vec3 _vs2fs_location1;
 smooth in vec3 _vs2fs_location2;
+smooth in vec2 _vs2fs_location3;
 layout(location = 0) out vec4 _fs2p_location0;
 
 float angles_angle(float y, float x) {
@@ -202,25 +204,30 @@ vec3 shade_mode(Surface surface_2) {
     return _e1;
 }
 
-vec4 page_shown(vec3 radiance_1) {
+vec3 mesh_radiance(PageVertex at_1, Surface surface_3, vec3 radiance_1) {
+    return radiance_1;
+}
+
+vec4 page_shown(vec3 radiance_2) {
     uint _e3 = page.raw;
     if ((_e3 == 1u)) {
-        return vec4(radiance_1, 1.0);
+        return vec4(radiance_2, 1.0);
     }
     float _e10 = page.gain;
     uint _e13 = page.tone;
-    vec3 _e14 = develop(radiance_1, _e10, _e13);
+    vec3 _e14 = develop(radiance_2, _e10, _e13);
     vec3 _e15 = develop_encode(_e14);
     return vec4(_e15, 1.0);
 }
 
 void main() {
     bool front = gl_FrontFacing;
-    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2);
+    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2, _vs2fs_location3);
     Surface _e5 = surface_new(at.normal, at.tangent, at.ray, front);
     vec3 _e6 = shade_mode(_e5);
-    vec4 _e7 = page_shown(_e6);
-    _fs2p_location0 = _e7;
+    vec3 _e7 = mesh_radiance(at, _e5, _e6);
+    vec4 _e8 = page_shown(_e7);
+    _fs2p_location0 = _e8;
     return;
 }
 

@@ -28,6 +28,8 @@ struct PageVertex {
     @location(0) normal: vec3f,
     @location(1) tangent: vec3f,
     @location(2) ray: vec3f,
+    // In the texture of the base colour; (0, 0) of meshes without one.
+    @location(3) coordinates: vec2f,
 }
 
 @vertex
@@ -35,12 +37,14 @@ fn mesh_vertex(
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec3f,
+    @location(3) coordinates: vec2f,
 ) -> PageVertex {
     return PageVertex(
         page.clip * vec4f(position, 1.0),
         page.to_light * normal,
         page.to_light * tangent,
         page.to_light * (position - page.eye),
+        coordinates,
     );
 }
 
@@ -50,7 +54,7 @@ fn sky_vertex(@builtin(vertex_index) corner: u32) -> PageVertex {
     let x = select(-1.0, 3.0, corner == 1u);
     let y = select(-1.0, 3.0, corner == 2u);
     let ray = page.ray_forward + page.ray_right * x + page.ray_up * y;
-    return PageVertex(vec4f(x, y, 1.0, 1.0), vec3f(0.0), vec3f(0.0), page.to_light * ray);
+    return PageVertex(vec4f(x, y, 1.0, 1.0), vec3f(0.0), vec3f(0.0), page.to_light * ray, vec2f(0.0));
 }
 
 fn page_shown(radiance: vec3f) -> vec4f {

@@ -31,6 +31,7 @@ struct PageVertex {
     vec3 normal;
     vec3 tangent;
     vec3 ray;
+    vec2 coordinates;
 };
 struct PageUniforms {
     mat4x4 clip;
@@ -64,6 +65,7 @@ layout(std140) uniform page_block { PageUniforms page; };
 smooth in vec3 _vs2fs_location0;
 smooth in vec3 _vs2fs_location1;
 smooth in vec3 _vs2fs_location2;
+smooth in vec2 _vs2fs_location3;
 layout(location = 0) out vec4 _fs2p_location0;
 
 float angles_angle(float y, float x) {
@@ -367,7 +369,7 @@ vec4 page_shown(vec3 radiance_1) {
 }
 
 void main() {
-    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2);
+    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2, _vs2fs_location3);
     vec3 _e5 = background(BACKGROUND_LAT_LONG, vec3(0.0), at.ray);
     vec4 _e6 = page_shown(_e5);
     _fs2p_location0 = _e6;

@@ -20,6 +20,7 @@ struct PageVertex {
     vec3 normal;
     vec3 tangent;
     vec3 ray;
+    vec2 coordinates;
 };
 const uint CENTRE_REFLECTION = 0u;
 const uint CENTRE_NORMAL = 1u;
@@ -35,6 +36,7 @@ invariant gl_Position;
 smooth out vec3 _vs2fs_location0;
 smooth out vec3 _vs2fs_location1;
 smooth out vec3 _vs2fs_location2;
+smooth out vec2 _vs2fs_location3;
 
 void main() {
     uint corner = uint(gl_VertexID);
@@ -45,11 +47,12 @@ void main() {
     vec3 _e21 = page.ray_up;
     vec3 ray = ((_e13 + (_e16 * x)) + (_e21 * y));
     mat3x3 _e33 = page.to_light;
-    PageVertex _tmp_return = PageVertex(vec4(x, y, 1.0, 1.0), vec3(0.0), vec3(0.0), (_e33 * ray));
+    PageVertex _tmp_return = PageVertex(vec4(x, y, 1.0, 1.0), vec3(0.0), vec3(0.0), (_e33 * ray), vec2(0.0));
     gl_Position = _tmp_return.position;
     _vs2fs_location0 = _tmp_return.normal;
     _vs2fs_location1 = _tmp_return.tangent;
     _vs2fs_location2 = _tmp_return.ray;
+    _vs2fs_location3 = _tmp_return.coordinates;
     return;
 }
 

@@ -23,7 +23,27 @@ pub(super) fn specialised(shader: &str, models: &BTreeSet<u32>) -> String {
         is_left_out &= line != "        }";
         is_choice &= line != "}";
     }
-    called(&text)
+    read(&called(&text))
+}
+
+/// The text without the uniforms that nothing reads: a program has their blocks, even so.
+fn read(text: &str) -> String {
+    let mut mentions: BTreeMap<&str, usize> = BTreeMap::new();
+    for word in words(text) {
+        *mentions.entry(word).or_default() += 1;
+    }
+    let is_read = |line: &&str| {
+        let is_uniform = line.starts_with("uniform ") || line.starts_with("layout(std140) uniform ");
+        let declared = line.trim_end().trim_end_matches([';', '}', ' ']).rsplit(' ').next();
+        let name = declared.and_then(|name| name.split('[').next()).unwrap_or_default();
+        !is_uniform || mentions.get(name).is_none_or(|count| *count > 1)
+    };
+    text.split_inclusive('\n').filter(is_read).collect()
+}
+
+/// The names, keywords and numbers of a text.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_')
 }
 
 /// The text without the functions that `main` does not call, not even through others.
@@ -43,7 +63,7 @@ fn called(text: &str) -> String {
     let mut left = vec!["main"];
     while let Some(name) = left.pop() {
         let body = functions.get(name).copied().unwrap_or_default();
-        for word in body.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_') {
+        for word in words(body) {
             if functions.contains_key(word) && used.insert(word) {
                 left.push(word);
             }
@@ -84,5 +104,18 @@ mod tests {
             assert!(whole.contains(&format!(" {name}(")), "{name}");
         }
         assert!(!specialised(TAPS, &BTreeSet::new()).contains("material_standard"));
+    }
+    #[test]
+    fn uniforms_that_nothing_reads_are_left_out() {
+        let text = "uniform highp sampler2D map;\nuniform highp sampler2D other;\n\
+                    layout(std140) uniform page_block { PageUniforms page; };\n\
+                    layout(std140) uniform lamps_block { vec4 lamps[3]; };\n\
+                    void main() {\n    x = page.gain + texelFetch(map, ivec2(0), 0).x;\n}\n";
+        let found = read(text);
+        assert!(
+            found.contains(" map;") && found.contains(" page;") && found.contains("void main"),
+            "{found}"
+        );
+        assert!(!found.contains("other") && !found.contains("lamps"), "{found}");
     }
 }

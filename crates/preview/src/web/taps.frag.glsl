@@ -24,11 +24,19 @@ struct Cylinder {
     vec2 arc;
     vec2 ground;
 };
+struct TextureUniforms {
+    vec3 factor;
+    uint nearest;
+    uvec2 wrap;
+    uint count;
+    uvec4 levels[11];
+};
 struct PageVertex {
     vec4 position;
     vec3 normal;
     vec3 tangent;
     vec3 ray;
+    vec2 coordinates;
 };
 struct PageUniforms {
     mat4x4 clip;
@@ -56,16 +64,27 @@ const float MATERIAL_OPPOSITE = 1e-20;
 const float MATERIAL_GRAZING = 0.0001;
 const float MATERIAL_STEEP = 80.0;
 const float MATERIAL_MIN_COSINE = 0.001;
+const uint TEXTURE_REPEAT = 0u;
+const uint TEXTURE_MIRROR = 1u;
+const uint TEXTURE_CLAMP = 2u;
+const uint BASE_COLOR_NUMBERS = 13u;
 
 uniform highp usampler2D material;
 
 uniform highp sampler2D lamps;
+
+layout(std140) uniform texture_uniforms_block { TextureUniforms texture_uniforms; };
+
+uniform highp usampler2D texture_texels;
+
+uniform highp sampler2D base_color_numbers;
 
 layout(std140) uniform page_block { PageUniforms page; };
 
 smooth in vec3 _vs2fs_location0;
 smooth in vec3 _vs2fs_location1;
 smooth in vec3 _vs2fs_location2;
+smooth in vec2 _vs2fs_location3;
 layout(location = 0) out vec4 _fs2p_location0;
 
 vec2 angles_circle(float turn) {
@@ -198,22 +217,22 @@ Half material_half(vec3 light, vec3 view) {
         local_2 = false;
     }
     bool seen = local_2;
-    float across_1 = ((sum_5.x * sum_5.x) + (sum_5.y * sum_5.y));
+    float across_2 = ((sum_5.x * sum_5.x) + (sum_5.y * sum_5.y));
     vec3 difference = (light - view);
     float turn_2 = (0.25 * dot(difference, difference));
     float facet = (0.5 * sqrt(length_squared));
-    return Half(seen, sum_5, length_squared, across_1, light.z, max(view.z, 0.0), facet, turn_2);
+    return Half(seen, sum_5, length_squared, across_2, light.z, max(view.z, 0.0), facet, turn_2);
 }
 
 float material_facets(float alpha2_, Half half_vector) {
     float sum_z = half_vector.sum.z;
-    float across_2 = ((half_vector.across + ((alpha2_ * sum_z) * sum_z)) / half_vector.length_squared);
+    float across_3 = ((half_vector.across + ((alpha2_ * sum_z) * sum_z)) / half_vector.length_squared);
     float cos_i = half_vector.light;
     float cos_o = half_vector.view;
     float masked_light = sqrt((alpha2_ + (((1.0 - alpha2_) * cos_i) * cos_i)));
     float masked_view = sqrt((alpha2_ + (((1.0 - alpha2_) * cos_o) * cos_o)));
     float visible = (cos_i / ((cos_i * masked_view) + (cos_o * masked_light)));
-    return (visible / (across_2 * across_2));
+    return (visible / (across_3 * across_3));
 }
 
 float material_bounded_exp(float x_2) {
@@ -300,10 +319,10 @@ float material_conductor(float n_2, float k, float c_1, float sin2_1) {
     float real = 0.0;
     float part = 0.0;
     float cos2_1 = (c_1 * c_1);
-    float index = ((n_2 * n_2) - (k * k));
-    real = (index - sin2_1);
+    float index_1 = ((n_2 * n_2) - (k * k));
+    real = (index_1 - sin2_1);
     if ((cos2_1 < 0.5)) {
-        real = ((index - 1.0) + cos2_1);
+        real = ((index_1 - 1.0) + cos2_1);
     }
     float imaginary = ((2.0 * n_2) * k);
     float _e18 = real;
@@ -331,13 +350,13 @@ vec3 material_half_difference(vec3 light_1, vec3 view_1) {
     bool local_4 = false;
     vec3 sum_8 = (light_1 + view_1);
     vec3 difference_2 = (light_1 - view_1);
-    float across_3 = length(sum_8.xy);
+    float across_4 = length(sum_8.xy);
     float size_1 = length(sum_8);
-    if ((across_3 > 0.0)) {
-        phi = (sum_8.xy / vec2(across_3));
+    if ((across_4 > 0.0)) {
+        phi = (sum_8.xy / vec2(across_4));
     }
     if ((size_1 > 0.0)) {
-        theta = (vec2(sum_8.z, across_3) / vec2(size_1));
+        theta = (vec2(sum_8.z, across_4) / vec2(size_1));
     }
     float _e28 = phi.x;
     float _e32 = phi.y;
@@ -361,7 +380,7 @@ vec3 material_half_difference(vec3 light_1, vec3 view_1) {
     bool turned = local_3;
     float side = (turned ? -1.0 : 1.0);
     float _e72 = angles_angle((side * y_1), (side * x_7));
-    float _e74 = angles_angle(across_3, sum_8.z);
+    float _e74 = angles_angle(across_4, sum_8.z);
     float _e76 = angles_angle(length(difference_2), size_1);
     return vec3(_e74, _e76, _e72);
 }
@@ -374,13 +393,13 @@ vec4 material_half_and_difference(vec3 light_2, vec3 view_2) {
     float phi_1 = 0.0;
     vec3 sum_9 = (light_2 + view_2);
     vec3 difference_3 = (light_2 - view_2);
-    float across_4 = length(sum_9.xy);
+    float across_5 = length(sum_9.xy);
     float size_2 = length(sum_9);
-    if ((across_4 > 0.0)) {
-        away = (sum_9.xy / vec2(across_4));
+    if ((across_5 > 0.0)) {
+        away = (sum_9.xy / vec2(across_5));
     }
     if ((size_2 > 0.0)) {
-        theta_1 = (vec2(sum_9.z, across_4) / vec2(size_2));
+        theta_1 = (vec2(sum_9.z, across_5) / vec2(size_2));
     }
     float _e28 = away.x;
     float _e32 = away.y;
@@ -418,7 +437,7 @@ vec4 material_half_and_difference(vec3 light_2, vec3 view_2) {
         float _e93 = phi_1;
         phi_1 = (_e93 + 6.2831855);
     }
-    float _e97 = angles_angle(across_4, sum_9.z);
+    float _e97 = angles_angle(across_5, sum_9.z);
     float _e98 = phi_1;
     float _e100 = angles_angle(length(difference_3), size_2);
     float _e103 = angles_angle((side_1 * y_2), (side_1 * x_8));
@@ -559,11 +578,11 @@ float material_charlie(uint at_20, Half half_vector_2) {
         float _e18 = material_ln_cosine(cos2_2);
         ln = (2.0 * _e18);
     }
-    float light_21 = max(half_vector_2.light, MATERIAL_GRAZING);
+    float light_22 = max(half_vector_2.light, MATERIAL_GRAZING);
     float view_22 = max(half_vector_2.view, MATERIAL_GRAZING);
-    float _e27 = material_charlie_lambda(at_20, light_21);
+    float _e27 = material_charlie_lambda(at_20, light_22);
     float _e30 = material_charlie_lambda(at_20, view_22);
-    float masked = ((((1.0 + _e27) + _e30) * light_21) * view_22);
+    float masked = ((((1.0 + _e27) + _e30) * light_22) * view_22);
     float _e34 = charlie_power(at_20);
     float _e35 = ln;
     float _e37 = material_bounded_exp((_e34 * _e35));
@@ -653,10 +672,10 @@ vec3 material_oren_nayar(uint at_29, vec3 light_5, vec3 view_5) {
     if ((light_5.z <= 0.0)) {
         return vec3(0.0);
     }
-    float across_5 = (max(((light_5.x * view_5.x) + (light_5.y * view_5.y)), 0.0) / max(light_5.z, abs(view_5.z)));
+    float across_6 = (max(((light_5.x * view_5.x) + (light_5.y * view_5.y)), 0.0) / max(light_5.z, abs(view_5.z)));
     vec3 _e22 = oren_nayar_matte(at_29);
     vec3 _e23 = oren_nayar_rough(at_29);
-    return ((_e22 + (_e23 * across_5)) * light_5.z);
+    return ((_e22 + (_e23 * across_6)) * light_5.z);
 }
 
 float phong_exponent(uint at_30) {
@@ -789,13 +808,13 @@ vec3 material_torrance_sparrow(uint at_46, vec3 light_9, vec3 view_9) {
         return vec3(0.0);
     }
     float _e8 = torrance_sparrow_roughness(at_46);
-    float across_6 = (_e3.across / (_e8 * _e8));
+    float across_7 = (_e3.across / (_e8 * _e8));
     float z2_ = (_e3.sum.z * _e3.sum.z);
-    if ((across_6 >= (MATERIAL_STEEP * z2_))) {
+    if ((across_7 >= (MATERIAL_STEEP * z2_))) {
         return vec3(0.0);
     }
     float cos2_3 = (z2_ / _e3.length_squared);
-    float d = (exp((-(across_6) / z2_)) / (cos2_3 * cos2_3));
+    float d = (exp((-(across_7) / z2_)) / (cos2_3 * cos2_3));
     float cos_i_2 = _e3.light;
     float cos_o_1 = _e3.view;
     float _e32 = material_lambda_cosine(_e8, cos_i_2);
@@ -887,11 +906,11 @@ vec3 material_ward(uint at_55, vec3 light_11, vec3 view_11) {
     float x_9 = (_e3.sum.x / _e8.x);
     float y_3 = (_e3.sum.y / _e8.y);
     float z_2 = _e3.sum.z;
-    float across_7 = ((x_9 * x_9) + (y_3 * y_3));
-    if ((across_7 >= ((MATERIAL_STEEP * z_2) * z_2))) {
+    float across_8 = ((x_9 * x_9) + (y_3 * y_3));
+    if ((across_8 >= ((MATERIAL_STEEP * z_2) * z_2))) {
         return vec3(0.0);
     }
-    float slopes = (across_7 / (z_2 * z_2));
+    float slopes = (across_8 / (z_2 * z_2));
     float grazing = ((_e3.light / z_2) / max(z_2, MATERIAL_MIN_COSINE));
     vec3 _e35 = ward_peak(at_55);
     return (_e35 * ((exp(-(slopes)) * (_e3.length_squared / (z_2 * z_2))) * grazing));
@@ -1207,7 +1226,7 @@ vec3 material_lafortune(uint at_80, vec3 light_15, vec3 view_15) {
     if ((light_15.z <= 0.0)) {
         return vec3(0.0);
     }
-    float across_8 = ((light_15.x * view_15.x) + (light_15.y * view_15.y));
+    float across_9 = ((light_15.x * view_15.x) + (light_15.y * view_15.y));
     float along_2 = (light_15.z * view_15.z);
     vec3 _e18 = lafortune_diffuse(at_80);
     brdf = _e18;
@@ -1229,7 +1248,7 @@ vec3 material_lafortune(uint at_80, vec3 light_15, vec3 view_15) {
             uint _e26 = lafortune_lobes(at_80, _e25);
             float _e27 = lafortune_lobe_cx(_e26);
             float _e29 = lafortune_lobe_cz(_e26);
-            float base_2 = ((_e27 * across_8) + (_e29 * along_2));
+            float base_2 = ((_e27 * across_9) + (_e29 * along_2));
             vec3 _e32 = brdf;
             vec3 _e33 = lafortune_lobe_weight(_e26);
             float _e34 = lafortune_lobe_n(_e26);
@@ -1375,12 +1394,12 @@ vec3 material_measured_anisotropic(uint at_92, vec3 light_18, vec3 view_18) {
             uint _e74 = corner;
             uint _e79 = corner;
             uvec3 far_1 = uvec3((_e71 >> 2u), ((_e74 >> 1u) & 1u), (_e79 & 1u));
-            uint i_2 = min((first_1.x + far_1.x), (_e9.x - 1u));
+            uint i_3 = min((first_1.x + far_1.x), (_e9.x - 1u));
             uint j = ((first_1.y + far_1.y) % _e9.y);
             uint k_5 = min((first_1.z + far_1.z), (_e9.z - 1u));
             float weight = ((((far_1.x == 1u) ? share_5.x : (1.0 - share_5.x)) * ((far_1.y == 1u) ? share_5.y : (1.0 - share_5.y))) * ((far_1.z == 1u) ? share_5.z : (1.0 - share_5.z)));
             vec3 _e128 = sum_2;
-            vec3 _e138 = material_row(_e62, (((((i_2 * _e9.y) + j) * _e9.z) + k_5) * _e9.w), columns_2, share_5.w);
+            vec3 _e138 = material_row(_e62, (((((i_3 * _e9.y) + j) * _e9.z) + k_5) * _e9.w), columns_2, share_5.w);
             sum_2 = (_e128 + (_e138 * weight));
         }
     }
@@ -1560,10 +1579,10 @@ vec3 lamps_some(Surface surface, vec3 before, uint first_lamp, uint count) {
             uint _e33 = lamp;
             vec4 _e36 = lamps_element((4u + (3u * _e33)));
             uint _e44 = lamps_level(uint(_e36.y), _e30.w, (to_surface * _e30.xyz), mirrored_2);
-            uint level = (uint(_e36.x) + _e44);
-            vec4 _e46 = lamps_element(level);
+            uint level_3 = (uint(_e36.x) + _e44);
+            vec4 _e46 = lamps_element(level_3);
             uint first_2 = uint(_e46.x);
-            vec4 _e49 = lamps_element(level);
+            vec4 _e49 = lamps_element(level_3);
             uint last_2 = (first_2 + uint(_e49.y));
             reflected = vec3(0.0);
             point = first_2;
@@ -1644,25 +1663,205 @@ vec3 shade_mode(Surface surface_3) {
     return _e2;
 }
 
-vec4 page_shown(vec3 radiance_1) {
+uint texture_texels_element(uint i_2) {
+    uvec4 _e8 = texelFetch(texture_texels, ivec2(uvec2((i_2 % 1024u), (i_2 / 1024u))), 0);
+    return _e8.x;
+}
+
+vec3 texture_decode(vec3 encoded) {
+    vec3 curve_1 = pow(((max(encoded, vec3(0.04045)) + vec3(0.055)) / vec3(1.055)), vec3(2.4));
+    return mix(curve_1, (encoded / vec3(12.92)), lessThanEqual(encoded, vec3(0.04045)));
+}
+
+uint texture_wrapped(int index, int count_1, uint wrap) {
+    if ((wrap == TEXTURE_CLAMP)) {
+        return uint(min(max(index, 0), (count_1 - 1)));
+    }
+    int period = ((wrap == TEXTURE_MIRROR) ? (2 * count_1) : count_1);
+    int inside = (((index % period) + period) % period);
+    return uint(min(inside, ((wrap == TEXTURE_MIRROR) ? ((period - 1) - inside) : inside)));
+}
+
+vec3 texture_texel(uvec4 level, int column, int row_1) {
+    uint _e8 = texture_uniforms.wrap.x;
+    uint _e9 = texture_wrapped(column, int(level.y), _e8);
+    uint _e15 = texture_uniforms.wrap.y;
+    uint _e16 = texture_wrapped(row_1, int(level.z), _e15);
+    uint _e22 = texture_texels_element(((level.x + (_e16 * level.y)) + _e9));
+    vec3 _e25 = texture_decode((vec4(_e22 & 0xFFu, _e22 >> 8 & 0xFFu, _e22 >> 16 & 0xFFu, _e22 >> 24) / 255.0).xyz);
+    return _e25;
+}
+
+vec3 texture_level(uvec4 level_1, vec2 at_95, bool nearest) {
+    vec2 place_1 = (at_95 * vec2(level_1.yz));
+    if (nearest) {
+        ivec2 first_3 = ivec2(floor(place_1));
+        vec3 _e10 = texture_uniforms.factor;
+        vec3 _e13 = texture_texel(level_1, first_3.x, first_3.y);
+        return (_e10 * _e13);
+    }
+    vec2 middle_2 = (place_1 - vec2(0.5));
+    vec2 floored = floor(middle_2);
+    vec2 share_6 = (middle_2 - floored);
+    ivec2 first_4 = ivec2(floored);
+    ivec2 next_1 = (first_4 + ivec2(1));
+    vec3 _e26 = texture_uniforms.factor;
+    vec3 _e29 = texture_texel(level_1, first_4.x, first_4.y);
+    vec3 _e32 = texture_texel(level_1, next_1.x, first_4.y);
+    vec3 _e37 = texture_texel(level_1, first_4.x, next_1.y);
+    vec3 _e40 = texture_texel(level_1, next_1.x, next_1.y);
+    return (_e26 * mix(mix(_e29, _e32, share_6.x), mix(_e37, _e40, share_6.x), share_6.y));
+}
+
+vec3 texture_color(vec2 at_96, vec2 across_1, vec2 down) {
+    float level_2 = 0.0;
+    bool local_9 = false;
+    uvec4 _e6 = texture_uniforms.levels[0];
+    vec2 size_4 = vec2(_e6.yz);
+    float square_2 = max(dot((across_1 * size_4), (across_1 * size_4)), dot((down * size_4), (down * size_4)));
+    uint _e18 = texture_uniforms.count;
+    uint most_1 = (_e18 - 1u);
+    if ((square_2 > 1.0)) {
+        level_2 = (0.5 * log2(square_2));
+    }
+    float _e28 = level_2;
+    if ((_e28 == 0.0)) {
+        uvec4 _e34 = texture_uniforms.levels[0];
+        uint _e37 = texture_uniforms.nearest;
+        if ((_e37 == 1u)) {
+            local_9 = (most_1 > 0u);
+        } else {
+            local_9 = false;
+        }
+        bool _e45 = local_9;
+        vec3 _e46 = texture_level(_e34, at_96, _e45);
+        return _e46;
+    }
+    float _e47 = level_2;
+    if ((_e47 >= float(most_1))) {
+        uvec4 _e53 = texture_uniforms.levels[most_1];
+        vec3 _e55 = texture_level(_e53, at_96, false);
+        return _e55;
+    }
+    float _e56 = level_2;
+    uint fine = uint(_e56);
+    uvec4 _e61 = texture_uniforms.levels[fine];
+    vec3 _e63 = texture_level(_e61, at_96, false);
+    uvec4 _e69 = texture_uniforms.levels[(fine + 1u)];
+    vec3 _e71 = texture_level(_e69, at_96, false);
+    float _e72 = level_2;
+    return mix(_e63, _e71, (_e72 - float(fine)));
+}
+
+vec3 texture_at_fragment(vec2 coordinates, float nearness, float samples) {
+    vec2 sum_14 = (coordinates * nearness);
+    float scale_2 = (1.0 / (nearness * samples));
+    vec2 _e7 = dFdx(sum_14);
+    float _e8 = dFdx(nearness);
+    vec2 across_10 = ((_e7 - (coordinates * _e8)) * scale_2);
+    vec2 _e12 = dFdy(sum_14);
+    float _e13 = dFdy(nearness);
+    vec2 down_1 = ((_e12 - (coordinates * _e13)) * scale_2);
+    vec3 _e17 = texture_color(coordinates, across_10, down_1);
+    return _e17;
+}
+
+vec4 base_color_number(uint column_1, uint row_2) {
+    vec4 _e5 = texelFetch(base_color_numbers, ivec2(uvec2(column_1, row_2)), 0);
+    return _e5;
+}
+
+vec3 base_color_several(vec3 color, float whole) {
+    vec3 average = (color + ((vec3(1.0) - color) / vec3(21.0)));
+    return (((average * average) * whole) / (vec3(1.0) - (average * (1.0 - whole))));
+}
+
+vec3 base_color(uint row_3, vec3 color_1, vec3 radiance_1, Surface surface_4) {
+    vec3 light_21 = vec3(0.0);
+    uint nodes = ((uvec2(textureSize(base_color_numbers, 0).xy).x - BASE_COLOR_NUMBERS) / 2u);
+    float place_2 = (sqrt(clamp(dot(surface_4.normal, surface_4.view), 0.0, 1.0)) * float((nodes - 1u)));
+    uint node_2 = min(uint(place_2), (nodes - 2u));
+    uint column_2 = (BASE_COLOR_NUMBERS + (2u * node_2));
+    float share_7 = (place_2 - float(node_2));
+    vec4 _e32 = base_color_number(column_2, row_3);
+    vec4 _e35 = base_color_number((column_2 + 2u), row_3);
+    vec4 facets = mix(_e32, _e35, share_7);
+    vec4 _e39 = base_color_number((column_2 + 1u), row_3);
+    vec4 _e42 = base_color_number((column_2 + 3u), row_3);
+    vec4 layers = mix(_e39, _e42, share_7);
+    vec3 n_3 = surface_4.normal;
+    vec4 _e46 = base_color_number(0u, row_3);
+    light_21 = _e46.xyz;
+    vec3 _e49 = light_21;
+    vec4 _e51 = base_color_number(1u, row_3);
+    light_21 = (_e49 + (_e51.xyz * n_3.y));
+    vec3 _e56 = light_21;
+    vec4 _e58 = base_color_number(2u, row_3);
+    light_21 = (_e56 + (_e58.xyz * n_3.z));
+    vec3 _e63 = light_21;
+    vec4 _e65 = base_color_number(3u, row_3);
+    light_21 = (_e63 + (_e65.xyz * n_3.x));
+    vec3 _e70 = light_21;
+    vec4 _e72 = base_color_number(4u, row_3);
+    light_21 = (_e70 + (_e72.xyz * (n_3.x * n_3.y)));
+    vec3 _e79 = light_21;
+    vec4 _e81 = base_color_number(5u, row_3);
+    light_21 = (_e79 + (_e81.xyz * (n_3.y * n_3.z)));
+    vec3 _e88 = light_21;
+    vec4 _e90 = base_color_number(6u, row_3);
+    light_21 = (_e88 + (_e90.xyz * (((3.0 * n_3.z) * n_3.z) - 1.0)));
+    vec3 _e101 = light_21;
+    vec4 _e103 = base_color_number(7u, row_3);
+    light_21 = (_e101 + (_e103.xyz * (n_3.x * n_3.z)));
+    vec3 _e110 = light_21;
+    vec4 _e112 = base_color_number(8u, row_3);
+    light_21 = (_e110 + (_e112.xyz * ((n_3.x * n_3.x) - (n_3.y * n_3.y))));
+    vec4 _e124 = base_color_number(9u, row_3);
+    vec3 _e125 = light_21;
+    vec3 matte_1 = (max(_e125, vec3(0.0)) * (facets.x * (1.0 - _e124.w)));
+    vec4 _e136 = base_color_number(10u, row_3);
+    vec4 _e138 = base_color_number(11u, row_3);
+    vec4 _e140 = base_color_number(12u, row_3);
+    vec3 several = _e140.xyz;
+    vec3 beside_1 = (((_e138.xyz * layers.y) + vec3(layers.x)) + vec3((_e136.w * facets.w)));
+    vec3 _e162 = base_color_several(_e124.xyz, _e138.w);
+    vec3 of_mean = ((beside_1 + (mix(_e136.xyz, _e124.xyz, _e124.w) * facets.z)) + (mix(several, _e162, _e124.w) * facets.y));
+    vec3 _e175 = base_color_several(color_1, _e138.w);
+    vec3 of_color = ((beside_1 + (mix(_e136.xyz, color_1, _e124.w) * facets.z)) + (mix(several, _e175, _e124.w) * facets.y));
+    vec3 base_3 = (_e124.xyz * matte_1);
+    vec3 rest_1 = max((radiance_1 - base_3), vec3(0.0));
+    vec3 whole_1 = (base_3 + rest_1);
+    vec3 ratio = mix(vec3(1.0), (of_color / max(of_mean, vec3(1e-30))), greaterThan(of_mean, vec3(0.0)));
+    vec3 scale_3 = (((color_1 * matte_1) + (rest_1 * ratio)) / max(whole_1, vec3(1e-30)));
+    return mix(radiance_1, (radiance_1 * scale_3), greaterThan(whole_1, vec3(0.0)));
+}
+
+vec3 mesh_radiance(PageVertex at_97, Surface surface_5, vec3 radiance_2) {
+    vec3 _e7 = texture_at_fragment(at_97.coordinates, at_97.position.w, 1.0);
+    vec3 _e9 = base_color(0u, _e7, radiance_2, surface_5);
+    return _e9;
+}
+
+vec4 page_shown(vec3 radiance_3) {
     uint _e3 = page.raw;
     if ((_e3 == 1u)) {
-        return vec4(radiance_1, 1.0);
+        return vec4(radiance_3, 1.0);
     }
     float _e10 = page.gain;
     uint _e13 = page.tone;
-    vec3 _e14 = develop(radiance_1, _e10, _e13);
+    vec3 _e14 = develop(radiance_3, _e10, _e13);
     vec3 _e15 = develop_encode(_e14);
     return vec4(_e15, 1.0);
 }
 
 void main() {
     bool front = gl_FrontFacing;
-    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2);
+    PageVertex at = PageVertex(gl_FragCoord, _vs2fs_location0, _vs2fs_location1, _vs2fs_location2, _vs2fs_location3);
     Surface _e5 = surface_new(at.normal, at.tangent, at.ray, front);
     vec3 _e6 = shade_mode(_e5);
-    vec4 _e7 = page_shown(_e6);
-    _fs2p_location0 = _e7;
+    vec3 _e7 = mesh_radiance(at, _e5, _e6);
+    vec4 _e8 = page_shown(_e7);
+    _fs2p_location0 = _e8;
     return;
 }
 

@@ -14,6 +14,8 @@ pub enum WebTexels {
     Halves(Vec<[f32; 4]>),
     /// Words, of which each is a texel.
     Words(Vec<u32>),
+    /// Words of four codes, the lowest byte first, of which each is a texel.
+    Codes(Vec<[u8; 4]>),
 }
 
 /// A texture that a shader reads.

@@ -26,8 +26,14 @@
 //! and the treatment of lamps of that stage, and with the sizes of its files. The page runs after them, and
 //! again only if a size or a parameter changes.
 //!
-//! Meshes at `mesh` are shown in their own coordinates, and Specula's own sphere and knot besides. A material
-//! covers the whole mesh.
+//! Meshes at `mesh` are shown in their own coordinates, and Specula's own sphere and knot besides.
+//!
+//! A mesh of a glTF file is shown in its own materials: while the chosen material is one of them, each
+//! triangle has its own, with the texture of its base colour, and the chosen one if the page lacks it. They
+//! are found by their names: `NAME` in the file is `NAME` or `MESH-NAME` on the page, as `specula init` names
+//! material files. Any other material covers the whole mesh, without a texture. A mesh of which the page has
+//! no material shows the texture of any by its own coordinates, as the kind `preview` does. Textures need
+//! `material`.
 //!
 //! ## Shaders
 //!
@@ -43,28 +49,33 @@
 //! ## Size
 //!
 //! Texels are three channels of nine bits with a common exponent where that is within 0.01 stops, otherwise
-//! half floats; tables and lights are exact. All is compressed. If the page would be larger than
-//! `size-limit`, forms are left out, those of the end of the table above first, and the page says which. The
-//! background and the mirror show at most `sky` rows of an environment, and fewer where skies would take more
-//! than a quarter of the page; reflections are made from all of it.
+//! half floats; tables, lights and textures of base colours are exact. All is compressed. If the page would
+//! be larger than `size-limit`, forms are left out, those of the end of the table above first, and the page
+//! says which. The background and the mirror show at most `sky` rows of an environment, and fewer where skies
+//! would take more than a quarter of the page; reflections are made from all of it. Textures of base colours
+//! are means of their texels where they would take more than a third.
 //!
 //! ## Files
 //!
 //! `.html`: the page.
 
 mod forms;
+mod meshes;
 mod pairs;
 mod pictures;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use brdf::BaseColorTexture;
 use engine::{Context, ExportedFiles, Failure, Kind, Output, Port, Product, Steps, parameters};
-use preview::{Light, web};
-use preview_page::{Blobs, Document, EnvironmentEntry, Form, FormEntry, MeshEntry, PairEntry};
+use preview::{Light, Look, MapSizes, web};
+use preview_page::{Blobs, Document, EnvironmentEntry, Form, FormEntry, PairEntry};
 use rayon::prelude::*;
 
 use self::forms::{Forms, port};
-use self::pairs::{name, pairs};
+use self::meshes::Meshes;
+use self::pairs::{Pair, name, pairs};
 use self::pictures::Pictures;
 use crate::values::{artifacts, quantity};
 
@@ -96,6 +107,11 @@ const PICTURE_BYTES: usize = 50_000;
 const SKIES: usize = 4;
 const MIN_SKY: usize = 16;
 
+/// The part of a page that the textures of base colours take at most, unless they have few texels along a
+/// side, and these.
+const TEXTURES: usize = 3;
+const MIN_SIDE: usize = 32;
+
 /// The kind `export-page`.
 pub(crate) struct ExportPage;
 
@@ -103,7 +119,7 @@ impl Kind for ExportPage {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-page";
-    const REVISION: u32 = 3;
+    const REVISION: u32 = 4;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -174,19 +190,17 @@ impl Kind for ExportPage {
         if rows < parameters.sky {
             document.left_out.push(format!("skies in more than {rows} rows"));
         }
-        for (name, mesh) in meshes(context)? {
-            document.meshes.push(MeshEntry::new(name, &mesh, &mut blobs));
-        }
+        document.pairs = pairs
+            .iter()
+            .map(|pair| PairEntry::new(pair.environment, document.material(&pair.name)))
+            .collect();
+        add_meshes(&mut document, &mut blobs, &pairs, limit / TEXTURES, context)?;
 
         let all: Vec<(usize, Form)> = Form::ALL
             .into_iter()
             .flat_map(|form| pairs.iter().enumerate().map(move |(place, pair)| (place, form, pair)))
             .filter(|(_, form, pair)| forms.shows(*form, pair))
             .map(|(place, form, _)| (place, form))
-            .collect();
-        document.pairs = pairs
-            .iter()
-            .map(|pair| PairEntry::new(pair.environment, document.material(&pair.name)))
             .collect();
         let of_pictures = if parameters.measure { pairs.len() * PICTURE_BYTES } else { 0 };
         let room = limit.saturating_sub(PAGE_BYTES + of_pictures);
@@ -205,7 +219,9 @@ impl Kind for ExportPage {
             for (place, form, made, view) in made.into_iter().flatten() {
                 let pair = &pairs[place];
                 let (kept, cost) = (blobs.next(), view.cost);
-                let view = blobs.view(view);
+                let has_texture = document.pairs[place].base_color.is_some();
+                let textured = view.textured.filter(|_| has_texture);
+                let view = blobs.view(web::WebView { textured, ..view });
                 if blobs.bytes() > room {
                     let bytes = quantity::size(blobs.since(kept) as u64);
                     document.left_out.push(format!("{} as {}: {bytes}", pair.title(), form.label()));
@@ -241,15 +257,46 @@ impl Kind for ExportPage {
     }
 }
 
-/// The connected meshes, and our own.
-fn meshes(context: &Context<'_>) -> Result<Vec<(String, mesh::Mesh)>, Failure> {
-    let mut meshes = Vec::new();
-    for (key, mesh) in context.inputs.many::<artifacts::Mesh>("mesh")? {
-        let name = key.stems().collect::<Vec<_>>().join(" · ");
-        meshes.push((if name.is_empty() { "mesh".into() } else { name }, mesh.0.clone()));
+/// Adds the meshes, and the textures of the materials that they show, in fewer texels until all of them
+/// together take at most so many bytes.
+fn add_meshes(
+    document: &mut Document,
+    blobs: &mut Blobs,
+    pairs: &[Pair],
+    most: usize,
+    context: &Context<'_>,
+) -> Result<(), Failure> {
+    let mut placements = BTreeMap::new();
+    for pair in pairs {
+        if let Some(texture) = &pair.texture {
+            placements.entry(document.material(&pair.name)).or_insert(*texture.placement());
+        }
     }
-    for name in ["torus-knot", "sphere"] {
-        meshes.extend(mesh::shape(name).map(|mesh| (name.to_owned(), mesh)));
+    let meshes = Meshes::of(context, &document.materials, &placements)?;
+    document.meshes = meshes.entries(blobs);
+    let look = |pair: &Pair| {
+        let look = Look::of_light(Arc::clone(&pair.light), pair.material.clone(), MapSizes::default());
+        look.with_base_color(pair.texture.clone())
+    };
+    let shown = pairs.iter().zip(&mut document.pairs);
+    let mut shown: Vec<_> = shown
+        .filter(|(_, entry)| meshes.show_texture(entry.material()))
+        .map(|(pair, entry)| (look(pair), entry))
+        .collect();
+    let (first, mut side) = (blobs.next(), BaseColorTexture::LONGEST_SIDE);
+    loop {
+        for (look, entry) in &mut shown {
+            let base_color = web::WebBaseColor::of(look, side);
+            entry.base_color = base_color.map(|base_color| blobs.base_color(base_color));
+        }
+        if blobs.since(first) <= most || side / 2 < MIN_SIDE {
+            break;
+        }
+        blobs.forget(first);
+        side /= 2;
     }
-    Ok(meshes)
+    if side < BaseColorTexture::LONGEST_SIDE {
+        document.left_out.push(format!("textures in more than {side} texels along a side"));
+    }
+    Ok(())
 }

@@ -1,9 +1,12 @@
 //! Live pages: what their data say, what they hold, and what they leave out. What they draw is compared with
-//! the CPU's pictures in a browser, by tests/readers/page.mjs.
+//! the CPU's pictures in a browser, by tests/readers/page.mjs and textured.mjs.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
+use brdf::{BaseColorTexture, Standard, StandardParameters, TexturePlacement, Wrap};
+use engine::Output;
+use mesh::{MaterialRange, Mesh};
 use serde_json::Value;
-use stages::artifacts::{Material, Reflection, ScaleSpace, Taps};
+use stages::artifacts::{self, Material, Reflection, ScaleSpace, Taps};
 
 use crate::fixture::{Case, case, environment, lambert, phong, reflection, sky};
 use crate::taps::{fit_taps, scale_space};
@@ -167,4 +170,145 @@ fn a_reflection_is_enough() {
     let (_, data) = read(&case);
     assert_eq!(forms(&data)[0], "local-shrm");
     assert!(data["pairs"][0]["views"][0]["error"].is_null());
+}
+
+/// The numbers of a blob of words of four bytes, as the page's script restores them.
+fn words(page: &str, entry: &Value) -> Vec<i32> {
+    let components = entry["words"][1].as_u64().unwrap() as usize;
+    assert_eq!(entry["words"][0], 4);
+    let planes = blob(page, &entry["blob"]);
+    let count = planes.len() / 4;
+    let mut values = vec![0_i32; count];
+    for place in 0..count {
+        let byte = |k: usize| {
+            let component = k * components + place % components;
+            planes[component * count / components + place / components]
+        };
+        let difference = i32::from_be_bytes([0, 1, 2, 3].map(byte));
+        let before = place.checked_sub(components).map_or(0, |before| values[before]);
+        values[place] = before.wrapping_add(difference);
+    }
+    values
+}
+
+/// Three squares, of the materials red, blue and none, in a page of copper and materials of these names, of
+/// which red has a texture of so many texels along a side.
+fn dressed(parameters: &str, names: [&str; 2], side: usize) -> Case {
+    let plane = mesh::shape("plane").unwrap();
+    let range = |material| MaterialRange { material, triangles: 2 };
+    let squares = Mesh::joined(&[plane.clone(), plane.clone(), plane]).unwrap();
+    let squares = squares
+        .with_materials(vec!["red".into(), "a/blue".into()], &[range(Some(0)), range(Some(1)), range(None)])
+        .unwrap();
+    // What no compression finds a rule in.
+    let noise = |k: usize| {
+        let mixed = (k as u32).wrapping_mul(2_654_435_761);
+        ((mixed ^ mixed >> 15).wrapping_mul(2_246_822_519) >> 24) as u8
+    };
+    let texels = (0..side * side).map(|k| [(k * k % 251) as u8, noise(k), 9]).collect();
+    let placement = TexturePlacement {
+        transform: [[2.0, 0.0, 0.25], [0.0, 1.0, 0.0]],
+        wrap: [Wrap::Repeat, Wrap::Clamp],
+        factor: [0.5, 1.0, 1.0],
+        is_nearest: false,
+    };
+    let texture = BaseColorTexture::new([side; 2], texels, placement).unwrap();
+    let clay = brdf::Material::Standard(Standard::new(StandardParameters::default()).unwrap());
+    let mut case = page(&format!("resolution = 8\nslices = 4\nmeasure = false\n{parameters}"), "copper")
+        .keyed_input("mesh", &[("mesh", "squares")], artifacts::Mesh(squares));
+    for (name, texture) in names.into_iter().zip([Some(&texture), None]) {
+        let key = [("material", name)];
+        let output = Material(clay.clone()).output_with_texture(texture).unwrap();
+        let Output::Artifact { bytes, .. } = output else { panic!("not an artifact") };
+        case = case.keyed_bytes::<Material>("material", &key, bytes).keyed_input(
+            "reflection",
+            &[DAY[0], key[0]],
+            reflection(clay.clone(), 2),
+        );
+    }
+    case
+}
+
+fn place(data: &Value, material: &str) -> usize {
+    data["materials"].as_array().unwrap().iter().position(|name| name == material).unwrap()
+}
+
+fn pair<'d>(data: &'d Value, material: &str) -> &'d Value {
+    let pairs = data["pairs"].as_array().unwrap();
+    pairs.iter().find(|pair| pair["material"] == place(data, material)).unwrap()
+}
+
+#[test]
+fn each_part_of_a_mesh_has_its_own_material_and_its_texture() {
+    let (page, data) = read(&dressed("", ["red", "squares-a-blue"], 4));
+    let parts = data["meshes"][0]["parts"].as_array().unwrap();
+    let of = |material: &str| {
+        let place = place(&data, material);
+        parts.iter().find(|part| part["material"] == place).unwrap()
+    };
+    assert_eq!(parts.len(), 3);
+    assert!(parts.iter().any(|part| part["material"].is_null()));
+    assert_eq!(of("squares-a-blue")["coordinates"], serde_json::json!({}));
+    // The coordinates of a square, by the placement of the texture.
+    let coordinates = of("red")["coordinates"].as_object().unwrap();
+    assert_eq!(coordinates.keys().collect::<Vec<_>>(), [&place(&data, "red").to_string()]);
+    let plane = mesh::shape("plane").unwrap();
+    let expected = plane.coordinates().unwrap().iter();
+    let expected: Vec<_> = expected.flat_map(|[u, v]| [2.0 * u + 0.25, *v]).collect();
+    let found = words(&page, coordinates.values().next().unwrap());
+    assert_eq!(found.iter().map(|step| *step as f32 / 65536.0).collect::<Vec<_>>(), expected);
+
+    let red = &pair(&data, "red")["base_color"];
+    let uniforms = words(&page, &red["blocks"]["texture_uniforms"]);
+    // Factor, nearest, wrapping, the number of levels, and the first of them.
+    assert_eq!(uniforms[..2], [0.5_f32.to_bits() as i32, 1.0_f32.to_bits() as i32]);
+    assert_eq!(uniforms[3..11], [0, 0, 2, 3, 0, 0, 4, 4]);
+    let texels = &red["textures"]["texture_texels"];
+    assert_eq!(texels["size"], serde_json::json!([1024, 1, 1]));
+    let planes = blob(&page, &texels["blob"]);
+    assert_eq!(planes[..4], [0, 1, 3, 5], "the differences of 0, 1, 4 and 9");
+    for material in ["red", "squares-a-blue", "copper"] {
+        let pair = pair(&data, material);
+        assert_eq!(pair["base_color"].is_object(), material == "red", "{material}");
+        for view in pair["views"].as_array().unwrap() {
+            let text = |shader: &Value| String::from_utf8(blob(&page, shader)).unwrap();
+            assert!(!text(&view["fragment"]).contains("texture_texels"));
+            let form = data["modes"][view["mode"].as_u64().unwrap() as usize]["name"].as_str().unwrap();
+            let shows_texture = material == "red" && !matches!(form, "irradiance" | "mirror");
+            assert_eq!(view["textured"].is_u64(), shows_texture, "{material} {form}");
+            if shows_texture {
+                let text = text(&view["textured"]);
+                for name in ["texture_texels", "base_color_numbers", "texture_uniforms"] {
+                    assert!(text.contains(name), "{form}: {name}");
+                }
+            }
+        }
+    }
+}
+
+/// Names say nothing here: as in the kind `preview`, the mesh shows the texture of whichever material has
+/// one.
+#[test]
+fn a_mesh_whose_materials_are_not_there_shows_any_texture() {
+    let (_, data) = read(&dressed("", ["crimson", "navy"], 4));
+    let meshes = data["meshes"].as_array().unwrap();
+    let textures: Vec<Vec<String>> = meshes
+        .iter()
+        .map(|mesh| {
+            assert_eq!(mesh["parts"].as_array().unwrap().len(), 1);
+            mesh["parts"][0]["coordinates"].as_object().unwrap().keys().cloned().collect()
+        })
+        .collect();
+    // Our own meshes show none.
+    assert_eq!(textures, [vec![place(&data, "crimson").to_string()], Vec::new(), Vec::new()]);
+}
+
+#[test]
+fn textures_leave_room_for_forms() {
+    let case = dressed("size-limit = 0.6", ["red", "squares-a-blue"], 512);
+    let (text, data) = read(&case);
+    assert!(text.len() < 600_000, "{}", text.len());
+    let left = data["left_out"].as_array().unwrap();
+    assert!(left.iter().any(|line| line == "textures in more than 256 texels along a side"), "{left:?}");
+    assert!(!pair(&data, "red")["views"].as_array().unwrap().is_empty());
 }

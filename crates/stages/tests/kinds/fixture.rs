@@ -110,6 +110,18 @@ impl Case {
         self
     }
 
+    /// Connects a port to an item of this key whose artifact has these bytes.
+    pub(crate) fn keyed_bytes<T: Artifact>(
+        mut self,
+        port: &'static str,
+        key: &[(&str, &str)],
+        bytes: Vec<u8>,
+    ) -> Self {
+        let handle = Handle::new(T::TYPE, Digest::of(&bytes), move || Ok(bytes.clone()));
+        self.inputs.push((port, key.iter().copied().collect(), Arc::new(handle)));
+        self
+    }
+
     /// Adds a file.
     pub(crate) fn file(mut self, path: &str, bytes: impl Into<Vec<u8>>) -> Self {
         self.files = self.files.with(path, bytes);

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use brdf::BaseColorTexture;
 use engine::{Failure, Inputs, ItemKey, Reporter};
 use preview::{CompactMap, Light};
 
@@ -22,6 +23,8 @@ pub(crate) struct Pair {
     pub(crate) compact_map: Option<Arc<CompactMap>>,
     /// The material, if it is known.
     pub(crate) material: Option<brdf::Material>,
+    /// The texture of the material's base colour, if it has one.
+    pub(crate) texture: Option<Arc<BaseColorTexture>>,
 }
 
 impl Pair {
@@ -49,6 +52,24 @@ pub(crate) fn name(key: &ItemKey, otherwise: &str) -> String {
     }
 }
 
+/// A connected material.
+struct TexturedMaterial {
+    material: brdf::Material,
+    texture: Option<Arc<BaseColorTexture>>,
+}
+
+fn materials(inputs: &Inputs) -> Result<Vec<(ItemKey, TexturedMaterial)>, Failure> {
+    let materials = inputs.many::<artifacts::Material>("material")?.into_iter();
+    let with_texture = |((key, material), bytes): ((ItemKey, Arc<artifacts::Material>), Vec<u8>)| {
+        let texture = match material.0 {
+            brdf::Material::Standard(_) => artifacts::Material::texture(&bytes)?,
+            _ => None,
+        };
+        Ok((key, TexturedMaterial { material: material.0.clone(), texture }))
+    };
+    materials.zip(inputs.many_bytes("material")?).map(with_texture).collect()
+}
+
 /// All pairs, environment by environment.
 pub(crate) fn pairs(
     inputs: &Inputs,
@@ -59,7 +80,7 @@ pub(crate) fn pairs(
     let reflections = inputs.many::<artifacts::Reflection>("reflection")?;
     let scales = inputs.many::<artifacts::ScaleSpace>("scale-space")?;
     let taps = inputs.many::<artifacts::Taps>("taps")?;
-    let materials = inputs.many::<artifacts::Material>("material")?;
+    let materials = materials(inputs)?;
     if scales.is_empty() != taps.is_empty() {
         let (is, lacks) = if taps.is_empty() { ("scale-space", "taps") } else { ("taps", "scale-space") };
         return Err(Failure::new(format!("{is} is connected, but {lacks} is not"))
@@ -72,7 +93,7 @@ pub(crate) fn pairs(
             let rest: ItemKey = key.iter().filter(|(stage, _)| own.get(stage).is_none()).collect();
             let material = materials.iter().find(|(of, _)| !of.is_empty() && has(key, of));
             let only = materials.first().filter(|_| materials.len() == 1);
-            let material = material.or(only).map(|(_, material)| material.0.clone());
+            let material = material.or(only);
             Pair {
                 key: key.clone(),
                 environment,
@@ -81,7 +102,8 @@ pub(crate) fn pairs(
                 light: Arc::clone(light),
                 reflection: None,
                 compact_map: None,
-                material,
+                material: material.map(|(_, material)| material.material.clone()),
+                texture: material.and_then(|(_, material)| material.texture.clone()),
             }
         };
         for (key, reflection) in reflections.iter().filter(|(key, _)| has(key, own)) {
