@@ -10,7 +10,7 @@ use glam::Vec3;
 use crate::surfaces::Surfaces;
 
 /// The share of the surface of a scene from which on an emitter is large.
-const LARGE: f64 = 0.02;
+const LARGE: f64 = 0.3;
 
 /// The most emitters that a vertex casts a shadow ray to; of more, this many are taken at random.
 const MOST_RAYS: usize = 4;

@@ -9,27 +9,38 @@
 
 mod bake;
 mod bake_lamps;
+mod closed;
 mod emitters;
 mod lamp;
+mod lit_probes;
 mod material;
 mod options;
 mod paths;
+mod places;
 mod random;
+mod ringing;
 mod scene;
 mod surfaces;
 mod texture;
 mod transport;
+mod validity;
+mod volume;
 
 pub use bake::{bake, transport_bytes};
 pub use bake_lamps::{LampColumns, bake_lamp};
 pub use brdf::Wrap;
 pub use lamp::{Lamp, LampError, LampKind};
+pub use lit_probes::{LightError, LitProbes, SceneLighting};
 pub use material::{Alpha, Emission, MOST_ALBEDO, Material};
 pub use options::{BakeError, BakeOptions, MOST_BYTES};
+pub use places::{PlacesError, ProbePlaces, Repair};
+pub use ringing::{least_window, window_factor};
 pub use scene::{Corner, NamedBox, Part, Scene, SceneError, SceneParts};
 pub use surfaces::Surfaces;
 pub use texture::{Texture, TextureUse};
-pub use transport::Transport;
+pub use transport::{Transport, TransportParts};
+pub use validity::{LEAST_DISTANCE, MOST_BACKS};
+pub use volume::{Lattice, MOST_ALONG, MOST_PROBES, Volume, VolumeError, neighbours};
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {

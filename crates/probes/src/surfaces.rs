@@ -35,8 +35,6 @@ pub(crate) struct Place {
     pub(crate) clearance: f32,
     /// Whether light is reflected and emitted: it is not on the back of a surface of one side.
     pub(crate) is_lit: bool,
-    /// Whether the ray met the front.
-    pub(crate) front: bool,
 }
 
 impl Place {
@@ -210,7 +208,6 @@ impl<'a> Surfaces<'a> {
             normal: if hit.front { outward } else { -outward },
             clearance: self.caster.clearance(hit.triangle, position),
             is_lit,
-            front: hit.front,
         }
     }
 

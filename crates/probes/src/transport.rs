@@ -16,7 +16,53 @@ pub struct Transport {
     pub(crate) errors: Vec<f32>,
 }
 
+/// The parts of a [`Transport`], unchecked; [`Transport`] has their shapes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransportParts {
+    /// The degree F of what arrives.
+    pub degree: Degree,
+    /// The degree O of the sky.
+    pub sky_degree: Degree,
+    /// 1 or 3.
+    pub channels: usize,
+    /// The number of emissive materials.
+    pub emitters: usize,
+    /// See [`Transport::sky`].
+    pub sky: Vec<f32>,
+    /// See [`Transport::direct`].
+    pub direct: Vec<f32>,
+    /// See [`Transport::indirect`].
+    pub indirect: Vec<f32>,
+    /// See [`Transport::paths`].
+    pub paths: Vec<u32>,
+    /// See [`Transport::errors`].
+    pub errors: Vec<f32>,
+}
+
 impl Transport {
+    /// A transport of its parts; `None` if their lengths do not belong together, or there are not 1 or 3
+    /// channels.
+    pub fn from_parts(parts: TransportParts) -> Option<Self> {
+        let TransportParts { degree, sky_degree, channels, emitters, sky, direct, indirect, paths, errors } =
+            parts;
+        let rows = degree.rows().checked_mul(paths.len())?;
+        let of_sky = rows.checked_mul(sky_degree.rows())?.checked_mul(channels)?;
+        let of_emitters = rows.checked_mul(3)?.checked_mul(emitters)?;
+        let are_right = sky.len() == of_sky && direct.len() == of_emitters && indirect.len() == of_emitters;
+        let is_whole = are_right && errors.len() == paths.len() && [1, 3].contains(&channels);
+        is_whole.then_some(Self {
+            degree,
+            sky_degree,
+            channels,
+            emitters,
+            sky,
+            direct,
+            indirect,
+            paths,
+            errors,
+        })
+    }
+
     /// The transport to no probe.
     pub(crate) fn empty(degree: Degree, sky_degree: Degree, channels: usize, emitters: usize) -> Self {
         let (sky, direct, indirect) = (Vec::new(), Vec::new(), Vec::new());

@@ -24,9 +24,13 @@ const LEAST_WEIGHT: f32 = 4.0 * WIDER;
 /// triangle (Wächter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019).
 const ROUNDINGS: f32 = 8.0;
 
-/// Distances that differ by less than this share are one: of two triangles in one place, the ray meets the one
-/// that shows its front.
+/// Distances that differ by less than this share are one. Of two triangles in one place the ray meets the
+/// larger, which the other lies on, as a box stands on the ground; of two that are as large, the one that shows
+/// its front, as a wall of two sides does; else the first.
 const SAME_DISTANCE: f32 = 1e-6;
+
+/// How much larger than another one a triangle is for it to be the ground of the other.
+const LARGER: f32 = 1.01;
 
 /// How much later rays leave boxes than computed, as a factor: rounding must not lose what lies in a flat one.
 const LATER: f32 = 1.000_000_5;
@@ -103,11 +107,8 @@ impl RayCaster {
             let [a, b, c] = [a, b, c].map(Vec3::from);
             (b - a).length().max((c - a).length()).max((c - b).length())
         };
-        let mut caster = Self {
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-            sizes: triangles.iter().map(size).collect(),
-        };
+        let mut caster =
+            Self { nodes: Vec::new(), leaves: Vec::new(), sizes: triangles.iter().map(size).collect() };
         let of = |&[v0, v1, v2]: &[[f32; 3]; 3]| Triangle { v0: v0.into(), v1: v1.into(), v2: v2.into() };
         let has_area = |&(_, Triangle { v0, v1, v2 }): &(u32, Triangle)| {
             let area = (v1 - v0).cross(v2 - v0).length_squared();
@@ -155,8 +156,7 @@ impl RayCaster {
             if let Some((above, lane)) = place {
                 self.nodes[above].child[lane] = own as u32;
             }
-            let mut four =
-                Node { bounds: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]], child: [LEAF; 4] };
+            let mut four = Node { bounds: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]], child: [LEAF; 4] };
             for (lane, &index) in inside.iter().enumerate() {
                 let Bvh2Node { aabb, .. } = &tree.nodes[index];
                 for axis in 0..3 {
@@ -187,7 +187,7 @@ impl RayCaster {
         self.traverse(&Ray::new(origin, direction), f32::INFINITY, |hit| {
             let is_nearer = match best {
                 Some(best) if (hit.distance - best.distance).abs() <= SAME_DISTANCE * best.distance => {
-                    hit.front && !best.front
+                    self.is_before(&hit, &best)
                 }
                 Some(best) => hit.distance < best.distance,
                 None => true,
@@ -199,6 +199,16 @@ impl RayCaster {
             reach
         });
         best
+    }
+
+    /// Whether a ray meets the first of two triangles that are in one place.
+    fn is_before(&self, one: &RayHit, other: &RayHit) -> bool {
+        let size = |hit: &RayHit| self.sizes.get(hit.triangle as usize).copied().unwrap_or(0.0);
+        let (own, others) = (size(one), size(other));
+        if own > LARGER * others || others > LARGER * own {
+            return own > others;
+        }
+        (!one.front, one.triangle) < (!other.front, other.triangle)
     }
 
     /// Whether a ray meets a triangle before `reach`, of those that `meets` does not let it pass.
@@ -431,6 +441,19 @@ mod tests {
             let caster = RayCaster::new(&triangles);
             for (origin, direction) in [(Vec3::ZERO, Vec3::Z), (Vec3::Z, Vec3::NEG_Z)] {
                 assert!(caster.closest(origin, direction, |_| true).is_some_and(|hit| hit.front));
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_stands_on_the_ground() {
+        let ground = [[-5.0, -5.0, 0.5], [5.0, -5.0, 0.5], [0.0, 5.0, 0.5]];
+        let foot = [[-1.0, -1.0, 0.5], [0.0, 1.0, 0.5], [1.0, -1.0, 0.5]];
+        for triangles in [[ground, foot], [foot, ground]] {
+            let caster = RayCaster::new(&triangles);
+            for (origin, direction, front) in [(Vec3::ZERO, Vec3::Z, false), (Vec3::Z, Vec3::NEG_Z, true)] {
+                let hit = caster.closest(origin, direction, |_| true).unwrap();
+                assert!(triangles[hit.triangle as usize] == ground && hit.front == front);
             }
         }
     }

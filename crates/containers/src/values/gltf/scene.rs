@@ -108,6 +108,9 @@ pub fn read_gltf_scene<E: From<Error>>(
     parts.lamps = lamps(&json, &placed.nodes)?;
     let mut notes = materials.notes.clone();
     notes.extend(dark_lamps(&parts.lamps));
+    if flat > 0 && parts.triangles.is_empty() {
+        return Err(Error::damaged(format!("none of the {flat} triangles of the scene has an area")).into());
+    }
     if flat > 0 {
         notes.push(format!("{flat} triangles without an area are left out"));
     }
