@@ -10,8 +10,8 @@ use std::process::Command;
 
 mod selections;
 
-const KERNELS: [&str; 10] =
-    ["math", "sphere", "sh", "sampling", "envmap", "brdf", "shrm", "taps", "mesh", "transfer"];
+const KERNELS: [&str; 11] =
+    ["math", "sphere", "sh", "sampling", "envmap", "brdf", "shrm", "taps", "mesh", "transfer", "probes"];
 
 /// What computes numbers of artifacts, beside the kernels.
 const COMPUTING: [&str; 4] = ["containers", "preview", "stages", "mesh-stages"];

@@ -9,6 +9,7 @@
 //! | KTX2, DDS, OpenEXR of four channels | tables of numbers | [`write_ktx2_rgba`], [`write_dds_rgba`], [`write_exr_rgba`] |
 //! | Babylon.js' `.env` | [`BabylonEnv`] | [`read_babylon_env`], [`write_babylon_env`] |
 //! | glTF, binary or not | [`mesh::Mesh`], [`brdf::Standard`] | [`read_gltf`], [`read_gltf_material`], [`write_glb`], [`write_into_gltf`] |
+//! | glTF: surfaces, emission, lamps | [`probes::Scene`] | [`read_gltf_scene`] |
 //! | glTF with EXT_lights_image_based | [`ImageBasedLight`] | [`read_gltf_image_based_light`], [`write_gltf_image_based_light`] |
 //! | MaterialX: `standard_surface`, OpenPBR | [`brdf::Standard`] | [`read_materialx_material`] |
 //! | measured BRDFs: MERL, Cornell, CURET, CSV | [`brdf::Measured`] | [`measured`] |
@@ -65,11 +66,12 @@ pub use textures::{
 };
 pub use values::{
     Anisotropy, AssetFile, DIRECTION_COLUMNS, DirectionSamples, GlbText, GltfLighting, GltfMaterial,
-    ImageBasedLight, LIGHT_COLUMNS, MAX_TRIANGLES, MaterialChoice, MaterialxMaterial, Model, ReadBeside,
-    SceneAxes, VertexAttribute, brdf_table_metadata, check_gltf, check_gltf_material, coefficient_names,
-    escape_html, gltf_document, gltf_has_triangles, gltf_materials, is_web_page, lighting_json, measured,
-    read_csv_points, read_gltf, read_gltf_anisotropy, read_gltf_attribute, read_gltf_image_based_light,
-    read_gltf_lighting, read_gltf_material, read_materialx_material, recipe_element, row_names,
-    shrm_metadata, tensors, write_csv_directions, write_csv_lights, write_glb, write_gltf_image_based_light,
-    write_gltf_lights, write_into_gltf, write_tscn_lights, write_usda_lights,
+    GltfScene, ImageBasedLight, LIGHT_COLUMNS, MAX_TRIANGLES, MaterialChoice, MaterialxMaterial, Metals,
+    Model, ReadBeside, SceneAxes, SceneOptions, Transmission, VertexAttribute, brdf_table_metadata,
+    check_gltf, check_gltf_material, coefficient_names, escape_html, gltf_document, gltf_has_triangles,
+    gltf_materials, is_web_page, lighting_json, measured, read_csv_points, read_gltf, read_gltf_anisotropy,
+    read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting, read_gltf_material,
+    read_gltf_scene, read_materialx_material, recipe_element, row_names, shrm_metadata, tensors,
+    write_csv_directions, write_csv_lights, write_glb, write_gltf_image_based_light, write_gltf_lights,
+    write_into_gltf, write_tscn_lights, write_usda_lights,
 };

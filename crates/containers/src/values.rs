@@ -15,11 +15,11 @@ pub use brdf_table_metadata::{brdf_table_metadata, coefficient_names};
 pub use direction_samples::{DIRECTION_COLUMNS, DirectionSamples, read_csv_points, write_csv_directions};
 pub(crate) use gltf::is_gltf_image_based_light;
 pub use gltf::{
-    Anisotropy, AssetFile, GlbText, GltfLighting, GltfMaterial, ImageBasedLight, MAX_TRIANGLES,
-    MaterialChoice, Model, ReadBeside, VertexAttribute, check_gltf, check_gltf_material, gltf_document,
-    gltf_has_triangles, gltf_materials, read_gltf, read_gltf_anisotropy, read_gltf_attribute,
-    read_gltf_image_based_light, read_gltf_lighting, read_gltf_material, write_glb,
-    write_gltf_image_based_light, write_into_gltf,
+    Anisotropy, AssetFile, GlbText, GltfLighting, GltfMaterial, GltfScene, ImageBasedLight, MAX_TRIANGLES,
+    MaterialChoice, Metals, Model, ReadBeside, SceneOptions, Transmission, VertexAttribute, check_gltf,
+    check_gltf_material, gltf_document, gltf_has_triangles, gltf_materials, read_gltf, read_gltf_anisotropy,
+    read_gltf_attribute, read_gltf_image_based_light, read_gltf_lighting, read_gltf_material,
+    read_gltf_scene, write_glb, write_gltf_image_based_light, write_into_gltf,
 };
 pub use light_rig::{
     LIGHT_COLUMNS, SceneAxes, write_csv_lights, write_gltf_lights, write_tscn_lights, write_usda_lights,

@@ -185,7 +185,7 @@ impl<B: Block> WithSimd for Blocks<'_, B> {
 
 /// The upper 24 bits as a number in [0, 1).
 #[inline(always)]
-fn unit(bits: u32) -> f32 {
+pub(crate) fn unit(bits: u32) -> f32 {
     // By way of i32, which has an instruction.
     (bits >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32)
 }
@@ -271,7 +271,7 @@ impl Block for OwenBlock {
 /// The second coordinate's bits, the one that halves lowest: bit j is the sum modulo 2 of the bits k of the
 /// index with an odd binomial coefficient (k over j).
 #[inline(always)]
-fn pascal(index: u32) -> u32 {
+pub(crate) fn pascal(index: u32) -> u32 {
     let mut bits = index;
     bits ^= bits >> 16;
     bits ^= (bits & 0xff00_ff00) >> 8;
@@ -282,13 +282,18 @@ fn pascal(index: u32) -> u32 {
 
 /// A permutation in which no bit depends on a higher one: Owen's scrambling of a mirrored coordinate.
 #[inline(always)]
-fn laine_karras(bits: u32, seed: u32) -> u32 {
+pub(crate) fn laine_karras(bits: u32, seed: u32) -> u32 {
     let mut bits = bits;
     bits ^= bits.wrapping_mul(0x3d20_adea);
     bits = bits.wrapping_add(seed);
     bits = bits.wrapping_mul((seed >> 16) | 1);
     bits ^= bits.wrapping_mul(0x0552_6c56);
     bits ^ bits.wrapping_mul(0x53a2_2864)
+}
+
+/// Two words for an index: all bits of the index and of the seed change them.
+pub(crate) fn random_words(seed: u32, index: u32) -> [u32; 2] {
+    RandomBlock { seed }.make(u64::from(index)).map(|[bits]| bits)
 }
 
 /// A seed for each coordinate, since the hash needs all of its bits to be random.

@@ -40,6 +40,9 @@ mod instances;
 mod materials;
 mod meshopt;
 mod sampler;
+mod scene;
+mod scene_lamps;
+mod scene_materials;
 mod skins;
 mod texels;
 mod texture_transform;
@@ -62,6 +65,8 @@ pub use image_based_light::{
 };
 pub(super) use materials::find as find_material;
 pub use materials::{GltfMaterial, MaterialChoice, check_gltf_material, gltf_materials, read_gltf_material};
+pub use scene::{GltfScene, SceneOptions, read_gltf_scene};
+pub use scene_materials::{Metals, Transmission};
 pub use write::{GlbText, VertexAttribute, write_glb};
 pub(crate) use write::{is_glb, read_recipe};
 pub use write_back::{AssetFile, write_into_gltf};

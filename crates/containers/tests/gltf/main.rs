@@ -16,6 +16,7 @@ mod files;
 mod image_based_light;
 mod instances;
 mod materials;
+mod scenes;
 mod skins;
 mod write_back;
 mod written;

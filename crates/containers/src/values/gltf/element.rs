@@ -137,6 +137,12 @@ impl<'a> Element<'a> {
             .transpose()
     }
 
+    /// Whether there is a true value.
+    pub(super) fn flag(&self) -> Result<bool, Error> {
+        let flag = self.value.map(|value| value.as_bool().ok_or_else(|| self.is_not("true or false")));
+        Ok(flag.transpose()?.unwrap_or(false))
+    }
+
     /// A string, if there is one.
     pub(super) fn text(&self) -> Result<Option<&'a str>, Error> {
         self.value.map(|value| value.as_str().ok_or_else(|| self.is_not("a string"))).transpose()

@@ -349,7 +349,7 @@ impl<'a, 'r, E: From<Error>> Reader<'a, 'r, E> {
         }
     }
 
-    fn image(&self, texture: &Element<'_>) -> Result<Element<'a>, Error> {
+    pub(super) fn image(&self, texture: &Element<'_>) -> Result<Element<'a>, Error> {
         let missing = |element: &Element<'_>| Error::damaged(format!("{} is missing", element.path()));
         let number = texture.get("index");
         let index = number.index()?.ok_or_else(|| missing(&number))?;

@@ -1,0 +1,48 @@
+//! Light where there is no surface: relightable light probes of a scene.
+//!
+//! Transport first, lighting second (Sloan, Kautz and Snyder 2002, for points in the air): each probe holds a
+//! matrix from the sky's harmonics to those of what arrives, with every reflection at the scene's surfaces in
+//! it, and a column for each emissive material and each lamp. A new sky, or a new colour of a lamp, is a
+//! product of these; it traces no ray.
+
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
+
+mod bake;
+mod bake_lamps;
+mod closed;
+mod emitters;
+mod lamp;
+mod lit_probes;
+mod material;
+mod options;
+mod paths;
+mod places;
+mod random;
+mod ringing;
+mod scene;
+mod surfaces;
+mod texture;
+mod transport;
+mod validity;
+mod volume;
+
+pub use bake::{bake, transport_bytes};
+pub use bake_lamps::{LampColumns, bake_lamp};
+pub use brdf::Wrap;
+pub use lamp::{Lamp, LampError, LampKind};
+pub use lit_probes::{LightError, LitProbes, SceneLighting};
+pub use material::{Alpha, Emission, MOST_ALBEDO, Material};
+pub use options::{BakeError, BakeOptions, MOST_BYTES};
+pub use places::{PlacesError, ProbePlaces, Repair};
+pub use ringing::{least_window, window_factor};
+pub use scene::{Corner, NamedBox, Part, Scene, SceneError, SceneParts};
+pub use surfaces::Surfaces;
+pub use texture::{Texture, TextureUse};
+pub use transport::{Transport, TransportParts};
+pub use validity::{LEAST_DISTANCE, MOST_BACKS};
+pub use volume::{Lattice, MOST_ALONG, MOST_PROBES, Volume, VolumeError, neighbours};
+
+/// The revisions of the kernels, for the kinds of stage that call them.
+pub mod revisions {
+    pub use crate::bake::REVISION as PROBES;
+}

@@ -1,0 +1,237 @@
+//! Light at probes: transport times the sky, emission and lamps, and what a surface takes of it.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use sh::{Basis, Degree, Expansion};
+use sphere::{DVec3, Direction};
+
+use crate::bake_lamps::LampColumns;
+use crate::options::cosine_factor;
+use crate::places::ProbePlaces;
+use crate::ringing::{least_window, window_factor};
+use crate::transport::Transport;
+use crate::volume::{Volume, neighbours};
+
+/// The rows of light at a probe.
+const ROWS: usize = 9;
+
+/// What is added to the weight of every corner of a cell.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+/// What shines.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneLighting<'a> {
+    /// The sky; what is above the degree of the transport is not read.
+    pub sky: Option<&'a Expansion>,
+    /// The radiance of each emissive material.
+    pub emission: &'a [[f64; 3]],
+    /// The lamps, with colour times intensity of each.
+    pub lamps: &'a [(&'a LampColumns, [f64; 3])],
+    /// Whether what lamps send straight to the probes is part of the light, and the same of emitters.
+    pub with_direct: [bool; 2],
+    /// Whether the least window is applied that makes irradiance 0 or more toward all normals.
+    pub is_windowed: bool,
+}
+
+impl Default for SceneLighting<'_> {
+    /// Darkness; lamps without their direct light, which engines add, and a window.
+    fn default() -> Self {
+        Self { sky: None, emission: &[], lamps: &[], with_direct: [false, true], is_windowed: true }
+    }
+}
+
+/// The reason why probes were not lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LightError {
+    /// The transport is to other places.
+    #[error("the transport is to {transport} probes, and there are {places}")]
+    Places {
+        /// The probes of the transport.
+        transport: usize,
+        /// The probes.
+        places: usize,
+    },
+    /// The emission is that of another scene.
+    #[error("the transport is from {transport} emissive materials, and {given} are given")]
+    Emission {
+        /// The emissive materials of the transport.
+        transport: usize,
+        /// The radiances that are given.
+        given: usize,
+    },
+    /// A lamp's columns are to other places, or of another degree.
+    #[error("the light of lamp {0} is to other probes or of another degree")]
+    Lamp(usize),
+}
+
+/// The light that arrives at probes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LitProbes {
+    rows: Vec<[[f32; 3]; ROWS]>,
+    windows: Vec<f32>,
+}
+
+impl LitProbes {
+    /// Lights probes.
+    ///
+    /// The light of probes without their own is filled as the places say, before windows. Linear but for
+    /// these. Uses all threads; the result does not depend on their number.
+    ///
+    /// # Errors
+    /// If the transport, a lamp or the emission do not belong to the places.
+    pub fn new(
+        places: &ProbePlaces,
+        transport: &Transport,
+        lighting: &SceneLighting<'_>,
+    ) -> Result<Self, LightError> {
+        let (count, given) = (places.len(), lighting.emission.len());
+        if transport.len() != count {
+            return Err(LightError::Places { transport: transport.len(), places: count });
+        }
+        if transport.emitters() != given {
+            return Err(LightError::Emission { transport: transport.emitters(), given });
+        }
+        let length = 3 * transport.degree().rows();
+        for (lamp, (columns, _)) in lighting.lamps.iter().enumerate() {
+            let wanted = count * length;
+            if columns.direct.len() != wanted || columns.indirect.len() != wanted {
+                return Err(LightError::Lamp(lamp));
+            }
+        }
+        let [direct_lamps, direct_emission] = lighting.with_direct;
+        let probe = |probe: usize| {
+            let mut rows = vec![[0.0; 3]; transport.degree().rows()];
+            if let Some(sky) = lighting.sky {
+                transport.add_sky(probe, sky, &mut rows);
+            }
+            for (emitter, radiance) in lighting.emission.iter().enumerate() {
+                transport.add_emission(probe, emitter, *radiance, direct_emission, &mut rows);
+            }
+            for (columns, color) in lighting.lamps {
+                for column in [Some(&columns.indirect), direct_lamps.then_some(&columns.direct)] {
+                    let Some(column) = column else { continue };
+                    let column = &column[probe * length..][..length];
+                    for (row, column) in rows.iter_mut().zip(column.as_chunks::<3>().0) {
+                        (0..3)
+                            .for_each(|channel| row[channel] += color[channel] * f64::from(column[channel]));
+                    }
+                }
+            }
+            let row = |row: usize| rows[row].map(|value| value as f32);
+            std::array::from_fn::<_, ROWS, _>(row)
+        };
+        let mut rows: Vec<[[f32; 3]; ROWS]> =
+            (0..count).into_par_iter().with_min_len(64).map(probe).collect();
+        places.dilate(rows.as_flattened_mut().as_flattened_mut(), 3 * ROWS);
+        let windows = rows.par_iter_mut().with_min_len(64).map(|rows| {
+            let lambda = if lighting.is_windowed { least_window(rows) } else { 0.0 };
+            if lambda > 0.0 {
+                for (k, row) in rows.iter_mut().enumerate() {
+                    let factor = window_factor(lambda, usize::from(k > 0) + usize::from(k > 3)) as f32;
+                    *row = row.map(|value| factor * value);
+                }
+            }
+            lambda as f32
+        });
+        let windows = windows.collect();
+        Ok(Self { rows, windows })
+    }
+
+    /// The harmonics of the radiance that arrives at each probe: [probe, row l l + l + m, RGB].
+    pub fn rows(&self) -> &[[[f32; 3]; ROWS]] {
+        &self.rows
+    }
+
+    /// The factor lambda of each probe's window; 0 for none.
+    pub fn windows(&self) -> &[f32] {
+        &self.windows
+    }
+
+    /// The irradiance of a surface at a point with a normal, of the volumes that the point is in; the first
+    /// one if it is in none. `None` if there are no volumes.
+    ///
+    /// Of the eight probes around the point, each counts by its place, if it sees the point as far as its rays
+    /// know, is not behind the surface, and the one that counts most sees it.
+    pub fn irradiance(&self, places: &ProbePlaces, point: [f32; 3], normal: [f32; 3]) -> Option<[f64; 3]> {
+        let (at, normal) = (Vec3::from(point), Vec3::from(normal));
+        let weights = corner_weights(places, at, normal, |_| true)?;
+        Some(self.blend(&weights, normal))
+    }
+
+    /// [`LitProbes::irradiance`], but of the probes that `sees` says the point sees.
+    pub fn irradiance_seen(
+        &self,
+        places: &ProbePlaces,
+        point: [f32; 3],
+        normal: [f32; 3],
+        sees: impl Fn(u32) -> bool,
+    ) -> Option<[f64; 3]> {
+        let (at, normal) = (Vec3::from(point), Vec3::from(normal));
+        let weights = corner_weights(places, at, normal, sees)?;
+        Some(self.blend(&weights, normal))
+    }
+
+    /// The irradiance of some probes, each with a weight.
+    fn blend(&self, weights: &[(u32, f32)], normal: Vec3) -> [f64; 3] {
+        let degree = Degree::new(2).unwrap_or(Degree::ZERO);
+        let mut harmonics = [0.0; ROWS];
+        let toward = DVec3::new(normal.x.into(), normal.y.into(), normal.z.into());
+        Basis::new(degree).evaluate_into(Direction::normalised(toward), &mut harmonics);
+        let mut sum = [0.0; 3];
+        for (probe, weight) in weights {
+            for (k, (row, y)) in self.rows[*probe as usize].iter().zip(harmonics).enumerate() {
+                let factor = f64::from(*weight) * y * cosine_factor(usize::from(k > 0) + usize::from(k > 3));
+                (0..3).for_each(|channel| sum[channel] += factor * f64::from(row[channel]));
+            }
+        }
+        sum
+    }
+}
+
+/// The probes that light a point with a normal, with weights that sum to 1.
+fn corner_weights(
+    places: &ProbePlaces,
+    at: Vec3,
+    normal: Vec3,
+    sees: impl Fn(u32) -> bool,
+) -> Option<Vec<(u32, f32)>> {
+    let mut first = 0;
+    let mut ranges: Vec<(&Volume, usize)> = Vec::new();
+    for volume in places.volumes() {
+        ranges.push((volume, first));
+        first += volume.len();
+    }
+    let (volume, first) = *ranges.iter().find(|(volume, _)| volume.contains(at)).or(ranges.first())?;
+    let (cell, within) = volume.around(at);
+    let mut corners: Vec<(u32, [i32; 3], f32)> = Vec::with_capacity(8);
+    for k in 0..8 {
+        let step = [k & 1, k >> 1 & 1, k >> 2 & 1];
+        let Some(index) = volume.neighbour(cell, step) else { continue };
+        let weight = (0..3)
+            .map(|axis| if step[axis] == 1 { within[axis] } else { 1.0 - within[axis] })
+            .product::<f32>();
+        // A corner of no weight counts if all others are hidden.
+        corners.push(((first + index) as u32, step, weight + LEAST_WEIGHT));
+    }
+    let place = |probe: u32| Vec3::from(places.positions()[probe as usize]);
+    // A probe in the plane of the surface, or behind it, may be behind a wall.
+    let is_before = |probe: u32| (place(probe) - at).dot(normal) > 0.0;
+    let mut used = corners.clone();
+    used.retain(|(probe, ..)| {
+        let index = *probe as usize;
+        places.is_valid(index) && is_before(*probe) && places.sees(volume, index, at) && sees(*probe)
+    });
+    if let Some(&(leader, from, _)) = used.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
+        let bits = places.visible()[leader as usize];
+        used.retain(|(probe, step, _)| {
+            let way = [0, 1, 2].map(|axis| step[axis] - from[axis]);
+            let bit = neighbours().position(|step| step == way);
+            *probe == leader || bit.is_some_and(|bit| bits >> bit & 1 == 1)
+        });
+    } else {
+        // Nothing is known of the point's side: all corners count.
+        used = corners;
+    }
+    let sum: f32 = used.iter().map(|(.., weight)| weight).sum();
+    Some(used.into_iter().map(|(probe, _, weight)| (probe, weight / sum)).collect())
+}

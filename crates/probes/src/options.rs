@@ -1,0 +1,149 @@
+//! How much is computed for a probe, and how far it is wrong.
+
+use sh::{Degree, Stopped};
+
+/// The independent blocks that the paths of a probe are divided into.
+pub(crate) const BLOCKS: usize = 4;
+
+/// The bytes of the largest result.
+pub const MOST_BYTES: usize = 1 << 34;
+
+/// How light is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// The degree F of what arrives: 2 to 4.
+    pub degree: Degree,
+    /// The degree O of the sky: 2 to 8.
+    pub sky: Degree,
+    /// The most reflections; `None` for all.
+    pub bounces: Option<u32>,
+    /// The paths of a probe.
+    pub paths: u32,
+    /// The standard error of irradiance, relative to it, at which paths are no longer doubled; `None` to trace
+    /// `paths` for every probe.
+    pub error: Option<f32>,
+    /// The most paths of a probe, when they are doubled.
+    pub most_paths: u32,
+    /// Another seed makes other errors.
+    pub seed: u64,
+}
+
+impl Default for BakeOptions {
+    /// Degrees 2 and 4, all bounces, 4096 paths.
+    fn default() -> Self {
+        let degree = |degree| Degree::new(degree).unwrap_or(Degree::ZERO);
+        Self {
+            degree: degree(2),
+            sky: degree(4),
+            bounces: None,
+            paths: 4096,
+            error: None,
+            most_paths: 1 << 20,
+            seed: 0,
+        }
+    }
+}
+
+/// The reason why nothing was baked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BakeError {
+    /// The degree of what arrives is not 2 to 4, or that of the sky not 2 to 8.
+    #[error("the degrees are {arriving} and {sky}; expected 2 to 4 of what arrives and 2 to 8 of the sky")]
+    Degrees {
+        /// The degree of what arrives.
+        arriving: usize,
+        /// The degree of the sky.
+        sky: usize,
+    },
+    /// There is no probe.
+    #[error("there are no probes")]
+    NoProbes,
+    /// A probe is nowhere.
+    #[error("the position of probe {0} is not finite")]
+    NotFinite(usize),
+    /// The result is larger than [`MOST_BYTES`].
+    #[error(
+        "the transport of {probes} probes has {bytes} bytes, and at most {MOST_BYTES} are baked; a larger \
+         spacing or a lower degree of the sky makes it smaller"
+    )]
+    TooLarge {
+        /// The number of probes.
+        probes: usize,
+        /// The size of the result.
+        bytes: usize,
+    },
+    /// Its caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl BakeOptions {
+    pub(crate) fn check(&self, positions: &[[f32; 3]]) -> Result<(), BakeError> {
+        let (arriving, sky) = (self.degree.get(), self.sky.get());
+        if !((2..=4).contains(&arriving) && (2..=8).contains(&sky)) {
+            return Err(BakeError::Degrees { arriving, sky });
+        }
+        if positions.is_empty() {
+            return Err(BakeError::NoProbes);
+        }
+        match positions.iter().position(|position| !position.iter().all(|x| x.is_finite())) {
+            Some(at) => Err(BakeError::NotFinite(at)),
+            None => Ok(()),
+        }
+    }
+
+    /// Lets `run` trace the paths of each block, given by their indices, until `error` is small enough or
+    /// there are as many as may be; gives their number and the error.
+    pub(crate) fn until_exact<S>(
+        &self,
+        state: &mut S,
+        run: impl Fn(&mut S, usize, std::ops::Range<u32>),
+        error: impl Fn(&S, u32) -> f32,
+    ) -> (u32, f32) {
+        let blocks = BLOCKS as u32;
+        let mut each = self.paths.clamp(blocks, 1 << 28).div_ceil(blocks);
+        let mut done = 0;
+        loop {
+            (0..BLOCKS).for_each(|block| run(state, block, done..each));
+            done = each;
+            let found = error(state, done);
+            let is_enough = self.error.is_none_or(|wanted| found <= wanted);
+            if is_enough || 2 * u64::from(done * blocks) > u64::from(self.most_paths) {
+                return (done * blocks, found);
+            }
+            each *= 2;
+        }
+    }
+}
+
+/// The factors that make irradiance of the rows of radiance, by degree: pi, 2 pi / 3, pi / 4, 0, -pi / 24.
+pub(crate) fn cosine_factor(l: usize) -> f64 {
+    use std::f64::consts::PI;
+    [PI, 2.0 * PI / 3.0, PI / 4.0, 0.0, -PI / 24.0].get(l).copied().unwrap_or(0.0)
+}
+
+/// The standard error of irradiance relative to it, both RMS over all directions, from the rows that each
+/// independent block of paths finds: [block][row][channel], l by l.
+///
+/// The variance of the mean of four blocks is estimated by theirs around it, 3 degrees of freedom for each
+/// row and channel; all rows together make the estimate right to some 15 percent.
+pub(crate) fn relative_error(blocks: &[Vec<[f64; 3]>]) -> f32 {
+    let count = blocks.len() as f64;
+    let (mut mean_squares, mut variances) = (0.0, 0.0);
+    let rows = blocks.first().map_or(0, Vec::len);
+    let mut l = 0;
+    for row in 0..rows {
+        if row >= (l + 1) * (l + 1) {
+            l += 1;
+        }
+        let factor = cosine_factor(l) * cosine_factor(l);
+        for channel in 0..3 {
+            let mean = blocks.iter().map(|block| block[row][channel]).sum::<f64>() / count;
+            let squares =
+                blocks.iter().map(|block| (block[row][channel] - mean) * (block[row][channel] - mean));
+            variances += factor * squares.sum::<f64>() / (count * (count - 1.0));
+            mean_squares += factor * mean * mean;
+        }
+    }
+    if mean_squares > 0.0 { (variances / mean_squares).sqrt() as f32 } else { 0.0 }
+}

@@ -1,0 +1,198 @@
+//! Paths of light from a probe through a scene: every vertex casts shadow rays to small emitters, and the path
+//! ends in the sky, in the dark, after a number of reflections, or at random.
+//!
+//! Light that arrives from the direction w, L(w), is estimated by a path whose first direction is uniform on
+//! the sphere. At a matte surface it goes on with the density cosine / pi, which leaves the albedo as the
+//! factor of a reflection. After [`ROULETTE_AFTER`] reflections a path ends with the chance 1 - albedo, and
+//! what goes on is divided by the chance to do so: the mean stays what it was (Arvo and Kirk, "Particle
+//! transport and image synthesis", 1990).
+
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+use glam::Vec3;
+use sampling::PointsOfFour;
+
+use crate::emitters::Emitters;
+use crate::random::hash;
+use crate::surfaces::{Place, Surfaces};
+
+/// The reflections after which paths may end at random.
+const ROULETTE_AFTER: u32 = 4;
+
+/// The reflections whose numbers are prepared.
+const PREPARED: usize = 8;
+
+/// The solid angles over which a probe's rays and those of reflections average textures, in steradians: of
+/// 4096 rays over the sphere, and of 1024 over a half of it.
+const FOOTPRINTS: [f32; 2] = [2.0 * TAU / 4096.0, TAU / 1024.0];
+
+/// What a path brings to a probe: light times the inverse of the density of its first direction.
+pub(crate) trait Visitor {
+    /// A path begins with a ray in a direction.
+    fn begin(&mut self, direction: Vec3);
+
+    /// A share of the radiance of the sky in a direction, RGB, arrives from the first direction.
+    fn sky(&mut self, direction: Vec3, share: [f32; 3]);
+
+    /// A share of the radiance of an emitter arrives from the first direction after some reflections.
+    fn emission(&mut self, column: usize, share: [f32; 3], reflections: u32);
+
+    /// A share of the radiance of an emitter arrives from another direction, without a reflection.
+    fn emission_from(&mut self, direction: Vec3, column: usize, share: [f32; 3]);
+
+    /// Of the irradiance at a place, a share arrives from the first direction.
+    fn reflects(&mut self, surfaces: &Surfaces<'_>, place: &Place, share: [f32; 3]);
+}
+
+/// The numbers of the paths of a block: those of different blocks, and of different probes, are independent.
+pub(crate) struct Numbers {
+    seed: u64,
+    first: PointsOfFour,
+    /// For each reflection, the numbers of the next direction and of the shadow rays.
+    later: [[PointsOfFour; 2]; PREPARED],
+}
+
+impl Numbers {
+    pub(crate) fn new(seed: u64) -> Self {
+        let of = |set: u64| PointsOfFour::new(hash(seed ^ (set << 1)));
+        let later = std::array::from_fn(|k| [of(2 * k as u64 + 1), of(2 * k as u64 + 2)]);
+        Self { seed, first: of(0), later }
+    }
+
+    /// The numbers of a path after some reflections: of the next direction (1), or of the shadow rays (2).
+    fn after(&self, reflections: u32, which: usize, index: u32) -> [f32; 4] {
+        match self.later.get(reflections as usize) {
+            Some(sets) => sets[which - 1].get(index),
+            None => {
+                let set = 2 * u64::from(reflections) + which as u64;
+                PointsOfFour::new(hash(self.seed ^ (set << 1))).get(index)
+            }
+        }
+    }
+
+    /// A seed of a path's passing of surfaces after some reflections.
+    fn passing(&self, reflections: u32, index: u32) -> u64 {
+        hash(self.seed.wrapping_add((u64::from(index) << 8) | u64::from(reflections)))
+    }
+}
+
+/// A scene in which paths are traced.
+pub(crate) struct Paths<'a> {
+    pub(crate) surfaces: &'a Surfaces<'a>,
+    /// The emitters to which vertices cast shadow rays.
+    pub(crate) emitters: Option<&'a Emitters>,
+    /// The most reflections; `None` for all.
+    pub(crate) bounces: Option<u32>,
+}
+
+impl Paths<'_> {
+    /// Traces a path of a block from a place.
+    pub(crate) fn trace(&self, from: Vec3, numbers: &Numbers, index: u32, visitor: &mut impl Visitor) {
+        let Self { surfaces, bounces, .. } = *self;
+        let emitters = self.emitters.filter(|emitters| !emitters.is_empty());
+        let [u, v, next_u, next_v] = numbers.first.get(index);
+        let (mut origin, mut direction) = (from, uniform(u, v));
+        // The density of the ray's direction, and the light that reaches the probe of what it meets.
+        let (mut density, mut throughput) = (0.25 * FRAC_1_PI, [4.0 * PI; 3]);
+        visitor.begin(direction);
+        if let Some(emitters) = emitters {
+            let [a, b, c, _] = numbers.after(0, 2, index);
+            for ray in 0..emitters.rays() {
+                let Some(seen) = emitters.seen_from(surfaces, from, ray, [a, b, c]) else { continue };
+                let Some(left) = surfaces.between(from, seen.direction, seen.distance) else { continue };
+                let weight = seen.density / (seen.density + density);
+                let share = [0, 1, 2].map(|channel| left[channel] * seen.emission[channel] * weight);
+                visitor.emission_from(seen.direction, seen.column, share);
+            }
+        }
+        let mut reflections = 0;
+        loop {
+            let (hit, left) = surfaces.closest(origin, direction, numbers.passing(reflections, index));
+            throughput = times(throughput, left);
+            let Some(hit) = hit else { return visitor.sky(direction, throughput) };
+            let place = surfaces.place(&hit);
+            if !place.is_lit {
+                return;
+            }
+            let cosine = -place.normal.dot(direction);
+            let solid_angle = FOOTPRINTS[usize::from(reflections > 0)];
+            let area = solid_angle * hit.distance * hit.distance / cosine.max(0.05);
+            if let Some(column) = surfaces.column(hit.triangle) {
+                let emission = surfaces.emission(hit.triangle, hit.weights, area);
+                let others = emitters.map_or(0.0, |emitters| emitters.density(column, hit.distance, cosine));
+                let weight = density / (density + others);
+                visitor.emission(column, times(throughput, emission.map(|e| e * weight)), reflections);
+            }
+            if bounces.is_some_and(|most| reflections >= most) {
+                return;
+            }
+            let albedo = surfaces.albedo(&place, area);
+            let most = albedo[0].max(albedo[1]).max(albedo[2]);
+            if !(most > 0.0) {
+                return;
+            }
+            reflections += 1;
+            throughput = times(throughput, albedo);
+            let exit = throughput.map(|light| light * FRAC_1_PI);
+            visitor.reflects(surfaces, &place, exit);
+            origin = place.start();
+            if let Some(emitters) = emitters {
+                let [a, b, c, _] = numbers.after(reflections, 2, index);
+                for ray in 0..emitters.rays() {
+                    let Some(seen) = emitters.seen_from(surfaces, origin, ray, [a, b, c]) else { continue };
+                    let cosine = place.normal.dot(seen.direction);
+                    if !(cosine > 0.0) {
+                        continue;
+                    }
+                    let Some(left) = surfaces.between(origin, seen.direction, seen.distance) else {
+                        continue;
+                    };
+                    let weight = cosine * seen.density / (seen.density + cosine * FRAC_1_PI);
+                    let share = times(exit, times(left, seen.emission.map(|e| e * weight)));
+                    visitor.emission(seen.column, share, reflections);
+                }
+            }
+            let (u, v) = if reflections == 1 {
+                (next_u, next_v)
+            } else {
+                let [u, v, chance, _] = numbers.after(reflections, 1, index);
+                if reflections > ROULETTE_AFTER {
+                    if chance >= most {
+                        return;
+                    }
+                    throughput = throughput.map(|light| light / most);
+                }
+                (u, v)
+            };
+            direction = around(place.normal, u, v);
+            density = place.normal.dot(direction).max(1e-6) * FRAC_1_PI;
+        }
+    }
+}
+
+fn times(one: [f32; 3], other: [f32; 3]) -> [f32; 3] {
+    [one[0] * other[0], one[1] * other[1], one[2] * other[2]]
+}
+
+/// A direction, uniform on the sphere for uniform numbers.
+fn uniform(u: f32, v: f32) -> Vec3 {
+    let z = 1.0 - 2.0 * u;
+    let across = (1.0 - z * z).max(0.0).sqrt();
+    let (sine, cosine) = math::sin_cos(TAU * v);
+    Vec3::new(across * cosine, across * sine, z)
+}
+
+/// A direction around a normal with the density cosine / pi for uniform numbers.
+///
+/// The frame is that of Duff et al., "Building an orthonormal basis, revisited" (2017).
+fn around(normal: Vec3, u: f32, v: f32) -> Vec3 {
+    let (radius, (sine, cosine)) = (u.sqrt(), math::sin_cos(TAU * v));
+    let height = (1.0 - u).max(0.0).sqrt().max(1e-4);
+    let Vec3 { x, y, z } = normal;
+    let sign = 1.0_f32.copysign(z);
+    let a = -1.0 / (sign + z);
+    let b = x * y * a;
+    let tangent = Vec3::new(1.0 + sign * x * x * a, sign * b, -sign * x);
+    let other = Vec3::new(b, sign + y * y * a, -y);
+    (tangent * (radius * cosine) + other * (radius * sine) + normal * height).normalize()
+}

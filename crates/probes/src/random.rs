@@ -1,0 +1,14 @@
+//! Numbers that look random, and depend on their arguments alone.
+
+/// A number whose bits all depend on all bits of another (the finaliser of SplitMix64, Steele et al. 2014).
+pub(crate) fn hash(number: u64) -> u64 {
+    let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// A hash as a number in [0, 1).
+pub(crate) fn share_of(hash: u64) -> f32 {
+    (hash >> 40) as f32 / (1_u64 << 24) as f32
+}
