@@ -18,6 +18,10 @@ const ROWS: usize = 9;
 /// What is added to the weight of every corner of a cell.
 const LEAST_WEIGHT: f32 = 1e-3;
 
+/// How much farther than its rays a probe may see a point. In a corner of a room, rays beside the point's
+/// direction end much sooner; so the second counts where no probe sees the point with the first.
+const SLACKS: [f32; 2] = [1.0, 1.3];
+
 /// What shines.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneLighting<'a> {
@@ -216,11 +220,20 @@ fn corner_weights(
     let place = |probe: u32| Vec3::from(places.positions()[probe as usize]);
     // A probe in the plane of the surface, or behind it, may be behind a wall.
     let is_before = |probe: u32| (place(probe) - at).dot(normal) > 0.0;
-    let mut used = corners.clone();
-    used.retain(|(probe, ..)| {
-        let index = *probe as usize;
-        places.is_valid(index) && is_before(*probe) && places.sees(volume, index, at) && sees(*probe)
-    });
+    let mut used = Vec::new();
+    for slack in SLACKS {
+        used = corners.clone();
+        used.retain(|(probe, ..)| {
+            let index = *probe as usize;
+            places.is_valid(index)
+                && is_before(*probe)
+                && places.sees(volume, index, at, slack)
+                && sees(*probe)
+        });
+        if !used.is_empty() {
+            break;
+        }
+    }
     if let Some(&(leader, from, _)) = used.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
         let bits = places.visible()[leader as usize];
         used.retain(|(probe, step, _)| {

@@ -101,18 +101,18 @@ impl ProbePlaces {
             return Err(PlacesError::NotFinite(at));
         }
         let viewer = Viewer::new(surfaces);
-        let of_volume = |volume: &Volume| {
-            let spacing = volume.spacing();
-            let probes = (0..volume.len()).map(|index| (volume.position(volume.cell(index)), Some(spacing)));
-            probes.collect::<Vec<_>>()
+        let of_volume = |(at, volume): (usize, &Volume)| {
+            let position = |index| volume.position(volume.cell(index));
+            (0..volume.len()).map(|index| (position(index), Some(at))).collect::<Vec<_>>()
         };
-        let mut grid: Vec<([f32; 3], Option<[f32; 3]>)> = volumes.iter().flat_map(of_volume).collect();
+        let mut grid: Vec<([f32; 3], Option<usize>)> =
+            volumes.iter().enumerate().flat_map(of_volume).collect();
         grid.extend(points.iter().map(|point| (*point, None)));
         let looked: Vec<(View, Option<Vec3>)> = grid
             .par_iter()
-            .map(|(position, spacing)| {
+            .map(|(position, volume)| {
                 stop.check()?;
-                Ok(viewer.settle(Vec3::from(*position), spacing.map(Vec3::from)))
+                Ok(viewer.settle(Vec3::from(*position), volume.map(|at| &volumes[at])))
             })
             .collect::<Result<_, Stopped>>()?;
         let mut first = 0;
@@ -215,8 +215,9 @@ impl ProbePlaces {
     }
 
     /// Whether a probe of a volume sees a point in a cell beside it, as far as its rays know: the longest of
-    /// the four that are nearest to the point's direction counts, so that no point is hidden by its own surface.
-    pub(crate) fn sees(&self, volume: &Volume, probe: usize, point: Vec3) -> bool {
+    /// the four that are nearest to the point's direction counts, times `slack`, so that no point is hidden by
+    /// its own surface.
+    pub(crate) fn sees(&self, volume: &Volume, probe: usize, point: Vec3, slack: f32) -> bool {
         let way = point - Vec3::from(self.positions[probe]);
         let distance = way.length();
         let Some(reach) = self.reach.get(probe * LOOKS..(probe + 1) * LOOKS) else { return true };
@@ -229,7 +230,7 @@ impl ProbePlaces {
             }
         }
         let longest = nearest.iter().map(|(_, reach)| *reach).max().unwrap_or(0);
-        longest == u8::MAX || f32::from(longest) / 254.0 * diagonal(volume) >= distance
+        longest == u8::MAX || slack * f32::from(longest) / 254.0 * diagonal(volume) >= distance
     }
 
     /// Replaces the light of probes that have none of their own; `light` has `length` numbers a probe.
@@ -401,10 +402,10 @@ fn all_inside(surfaces: &Surfaces<'_>, volume: &Volume, looked: &[(View, Option<
 impl Viewer<'_> {
     /// What a probe sees where the grid has it, and where it is to stand, with the distances from there; `None`
     /// if it remains invalid.
-    fn settle(&self, grid: Vec3, spacing: Option<Vec3>) -> (View, Option<Vec3>) {
+    fn settle(&self, grid: Vec3, volume: Option<&Volume>) -> (View, Option<Vec3>) {
         let mut view = self.view(grid);
         let place = if view.is_inside() {
-            spacing.and_then(|spacing| self.way_out(grid, &view, spacing))
+            volume.and_then(|volume| self.way_out(grid, &view, volume))
         } else {
             Some(self.off_surface(grid, &view))
         };
@@ -415,13 +416,16 @@ impl Viewer<'_> {
     }
 
     /// The nearest place outside of a solid that sees the free part of the probe's own cell.
-    fn way_out(&self, grid: Vec3, view: &View, spacing: Vec3) -> Option<Vec3> {
+    ///
+    /// The cell ends at the box: a probe in its outer wall is moved to the inside of it.
+    fn way_out(&self, grid: Vec3, view: &View, volume: &Volume) -> Option<Vec3> {
+        let spacing = Vec3::from(volume.spacing());
         let most = MOST_MOVE * spacing.min_element();
         let free: Vec<Vec3> = (0..27)
             .map(|k| Vec3::new((k % 3 - 1) as f32, (k / 3 % 3 - 1) as f32, (k / 9 - 1) as f32) / 3.0)
             .map(|step| grid + step * spacing)
             .collect();
-        if let Some(place) = self.off_own_surface(grid) {
+        if let Some(place) = self.off_own_surface(grid, volume) {
             return Some(place);
         }
         for &(distance, direction, _) in view.backs.iter().take(WAYS_OUT) {
@@ -430,7 +434,7 @@ impl Viewer<'_> {
                 break;
             }
             let view = self.view(place);
-            if view.is_inside() {
+            if view.is_inside() || !volume.contains(place) {
                 continue;
             }
             let place = self.off_surface(place, &view);
@@ -448,13 +452,13 @@ impl Viewer<'_> {
     /// The place beside a surface for a probe in its plane, as where grids and floors have the same height.
     ///
     /// Its rays start in the plane and miss it. Seen from beside, the surface shows its front there.
-    fn off_own_surface(&self, grid: Vec3) -> Option<Vec3> {
+    fn off_own_surface(&self, grid: Vec3, volume: &Volume) -> Option<Vec3> {
         let mut best: Option<(f32, Vec3)> = None;
         for step in neighbours() {
             let direction = Vec3::from(step.map(|x| x as f32)).normalize();
             let place = grid + direction * (1.5 * LEAST_DISTANCE);
             let [fronts, backs] = self.crossings(place, grid - direction * (0.05 * LEAST_DISTANCE));
-            if fronts == 0 || backs > 0 {
+            if fronts == 0 || backs > 0 || !volume.contains(place) {
                 continue;
             }
             let view = self.view(place);

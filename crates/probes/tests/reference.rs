@@ -4,7 +4,10 @@
 
 use std::f64::consts::PI;
 
-use probes::{BakeOptions, Scene, Surfaces, Transport, bake, bake_lamp};
+use probes::{
+    BakeOptions, Lattice, LitProbes, ProbePlaces, Scene, SceneLighting, Surfaces, Transport, Volume, bake,
+    bake_lamp,
+};
 use serde_json::Value;
 use sh::{Degree, Expansion, Stop};
 
@@ -201,5 +204,47 @@ fn the_furnace_shines_as_its_closed_form() {
             );
         }
         assert!(transport.sky().iter().all(|t| *t == 0.0));
+    }
+}
+
+/// The light of the sky on surfaces between probes that are half a metre apart. A plain try has errors of 20
+/// and 3.5 percent; ours has 13 and 2.1 with enough paths. In the courtyard 512 paths add some 2 percent.
+#[test]
+fn surfaces_take_their_light_from_probes_on_their_side() {
+    let test = "surfaces_take_their_light_from_probes_on_their_side";
+    let courtyard = [[-3.5, -3.5, -0.5], [3.5, 3.5, 2.5]];
+    for (name, bounds, paths, limit) in
+        [("rooms", None, 2048, 0.16), ("courtyard", Some(courtyard), 512, 0.035)]
+    {
+        let Some(reference) = Reference::load(test, name) else { return };
+        let surfaces = Surfaces::new(&reference.scene);
+        let bounds = bounds.unwrap_or(reference.scene.bounds());
+        let volume = Volume::with_spacing(name.into(), bounds, 0.5, Lattice::Corners).unwrap();
+        let places = ProbePlaces::new(&surfaces, vec![volume], &[], Stop::NEVER).unwrap();
+        let degree = Degree::new(2).unwrap();
+        let options = BakeOptions { sky: degree, paths, ..BakeOptions::default() };
+        let transport = bake(&surfaces, places.positions(), &options, Stop::NEVER).unwrap();
+        let sky = rows(&reference.json["lighting"]["sky"]);
+        let sky = Expansion::from_coefficients(degree, sky).unwrap();
+        let lighting = SceneLighting { sky: Some(&sky), ..SceneLighting::default() };
+        let lit = LitProbes::new(&places, &transport, &lighting).unwrap();
+        let mut pairs = Vec::new();
+        for receiver in reference.json["receivers"].as_array().unwrap() {
+            let three = |key: &str| <[f64; 3]>::try_from(numbers(&receiver[key])).unwrap();
+            let (at, normal) = (three("position"), three("normal"));
+            let is_inside =
+                |axis: usize| (f64::from(bounds[0][axis])..=f64::from(bounds[1][axis])).contains(&at[axis]);
+            if !(0..3).all(is_inside) {
+                continue;
+            }
+            let found = lit.irradiance(&places, at.map(|x| x as f32), normal.map(|x| x as f32)).unwrap();
+            let expected = numbers(&receiver["irradiance"]["all_of_the_sky"]);
+            // The dark room stays dark.
+            assert!(expected[0] > 0.0 || found == [0.0; 3], "{name} {at:?}: {found:?}");
+            pairs.push((found.to_vec(), expected));
+        }
+        assert!(pairs.len() > 50, "{name}: {}", pairs.len());
+        let error = relative(pairs.into_iter());
+        assert!(error < limit, "{name}: {error}");
     }
 }

@@ -19,9 +19,9 @@ fn sides(least: [f32; 3], most: [f32; 3], is_room: bool) -> Vec<[[f32; 3]; 3]> {
     triangles.map(|corners| turned(corners).map(corner)).collect()
 }
 
-/// A floor or a sheet at a height, 20 m wide, that faces up.
+/// A floor or a sheet at a height, 400 m wide, that faces up.
 fn sheet(height: f32) -> Vec<[[f32; 3]; 3]> {
-    let at = |x: f32, y: f32| [10.0 * x, 10.0 * y, height];
+    let at = |x: f32, y: f32| [200.0 * x, 200.0 * y, height];
     vec![[at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0)], [at(-1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]]
 }
 
@@ -46,8 +46,8 @@ fn lamp(kind: LampKind) -> Lamp {
     Lamp { name: "lamp".into(), kind, position, direction, color: [1.0; 3], intensity: 1.0, range: None }
 }
 
-/// An endless floor of the albedo a under a white sky sends a up to a probe above it. The floor here ends
-/// where it is seen under 10 degrees: sin^2 of that and the noise of 4096 paths are below 3 percent.
+/// An endless floor of the albedo a under a white sky sends a up to a probe above it. The floor here ends half
+/// a percent of the sphere below the horizon, and 4096 paths leave some noise.
 #[test]
 fn a_floor_reflects_its_albedo_of_a_white_sky() {
     let scene = scene(&[(sheet(0.0), matte(0.6))]);
@@ -103,7 +103,7 @@ fn light_passes_what_it_may() {
         for channel in 0..baked.channels() {
             // Half of the rays go down, where nothing is.
             let found = f64::from(baked.sky()[channel]);
-            assert!((found - 0.5 - 0.5 * expected[channel]).abs() < 0.03, "{material:?}: {found}");
+            assert!((found - 0.5 - 0.5 * f64::from(expected[channel])).abs() < 0.03, "{material:?}: {found}");
         }
     }
 }
@@ -141,10 +141,10 @@ fn results_do_not_depend_on_threads_nor_on_other_probes() {
     assert_eq!(alone.sky(), &one.0.sky()[4 * length..5 * length]);
     assert_eq!(of_lamp.indirect, one.1.indirect[4 * 27..5 * 27]);
     // Paths are doubled until the error is small enough, or there are too many.
-    let exact = BakeOptions { error: Some(0.01), most_paths: 4096, ..options };
+    let exact = BakeOptions { error: Some(0.002), most_paths: 4096, ..options };
     let exact = bake(&surfaces, &at, &exact, Stop::NEVER).unwrap();
     for (paths, error) in exact.paths().iter().zip(exact.errors()) {
-        assert!(*paths == 4096 || *error <= 0.01 && *paths >= 512, "{paths} {error}");
+        assert!(*paths == 4096 || *error <= 0.002 && *paths >= 512, "{paths} {error}");
     }
     assert!(exact.paths().iter().any(|paths| *paths > 512));
 }
@@ -155,7 +155,7 @@ fn probes_in_solids_are_repaired() {
     let scene =
         scene(&[(sheet(0.0), matte(0.5)), (sides([0.0, 0.0, 0.0], [1.2, 1.2, 1.2], false), matte(0.5))]);
     let surfaces = Surfaces::new(&scene);
-    let bounds = [[-1.0, -1.0, 0.1], [2.0, 2.0, 2.1]];
+    let bounds = [[-0.95, -0.95, 0.1], [2.05, 2.05, 2.1]];
     let volume = Volume::with_spacing("yard".into(), bounds, 0.5, Lattice::Corners).unwrap();
     let places = ProbePlaces::new(&surfaces, vec![volume], &[[0.6, 0.6, 0.6]], Stop::NEVER).unwrap();
     let inside = |at: &[f32; 3]| at.iter().all(|x| *x > 0.0 && *x < 1.2);
