@@ -26,7 +26,7 @@ fn features(options: &[&str]) -> Option<BTreeMap<String, BTreeSet<String>>> {
     assert!(output.status.success(), "{options:?}: {errors}");
     let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for line in String::from_utf8(output.stdout).unwrap().lines() {
-        let (package, features) = line.trim_end_matches(" (*)").split_once('#').unwrap();
+        let Some((package, features)) = line.trim_end_matches(" (*)").split_once('#') else { continue };
         let name_and_version = package.split(' ').take(2).collect::<Vec<_>>().join(" ");
         let features = features.split(',').filter(|name| !name.is_empty()).map(str::to_owned);
         found.entry(name_and_version).or_default().extend(features);
