@@ -127,17 +127,12 @@ impl ProbePlaces {
             place.map_or(*position, |place| place.to_array())
         };
         let positions: Vec<[f32; 3]> = grid.iter().zip(&looked).map(place).collect();
-        let repair = |((position, (_, place)), grid): (
-            (&[f32; 3], &(View, Option<Vec3>)),
-            &([f32; 3], _),
-        )| {
-            match place {
-                Some(_) if *position == grid.0 => Repair::None,
-                Some(_) => Repair::Moved,
-                None => Repair::Lost(0),
-            }
+        let repair = |probe: usize| match looked[probe].1 {
+            Some(_) if positions[probe] == grid[probe].0 => Repair::None,
+            Some(_) => Repair::Moved,
+            None => Repair::Lost(0),
         };
-        let repairs = positions.iter().zip(&looked).zip(&grid).map(repair).collect();
+        let repairs = (0..grid.len()).map(repair).collect();
         let inside_of = |(view, _): &(View, Option<Vec3>)| {
             view.is_inside().then(|| view.backs.first().map(|(.., triangle)| *triangle)).flatten()
         };
