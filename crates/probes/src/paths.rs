@@ -1,5 +1,5 @@
-//! Paths of light from a probe through a scene: every vertex casts shadow rays to small emitters, and the path
-//! ends in the sky, in the dark, after a number of reflections, or at random.
+//! Paths of light from a probe through a scene: every vertex casts shadow rays to small emitters, and the
+//! path ends in the sky, in the dark, after a number of reflections, or at random.
 //!
 //! Light that arrives from the direction w, L(w), is estimated by a path whose first direction is uniform on
 //! the sphere. At a matte surface it goes on with the density cosine / pi, which leaves the albedo as the
