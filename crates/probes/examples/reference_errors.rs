@@ -1,6 +1,7 @@
 //! Prints the errors of transport next to the reference values in `SPECULA_REFERENCE`, at a number of paths.
 //!
-//! `cargo run --release -p probes --example reference_errors -- 65536 1`: paths, and seeds whose mean is taken.
+//! The arguments are the paths and the number of seeds whose mean is taken, 4096 and 1 without them:
+//! `cargo run --release -p probes --example reference_errors -- 65536 1`.
 
 #![allow(clippy::unwrap_used, reason = "the folder is that of the tests")]
 
