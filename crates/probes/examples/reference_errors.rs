@@ -1,9 +1,11 @@
 //! Prints the errors of transport next to the reference values in `SPECULA_REFERENCE`, at a number of paths.
 //!
-//! `cargo run --release -p probes --example reference_errors -- 65536 1`: paths, and seeds whose mean is taken.
+//! The arguments are the paths and the number of seeds whose mean is taken, 4096 and 1 without them:
+//! `cargo run --release -p probes --example reference_errors -- 65536 1`.
 
 #![allow(clippy::unwrap_used, reason = "the folder is that of the tests")]
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
 use probes::{BakeOptions, Scene, Surfaces, bake, bake_lamp};
@@ -87,7 +89,8 @@ fn main() {
             println!("{name}: all {:.5}", relative(&flat(&found), &flat(&all)));
             // Irradiance under a white sky, next to its estimated error.
             let white = |t: &[f64]| -> Vec<f64> {
-                let factor = |i: usize| [3.14159, 2.0944, 0.785398][usize::from(i > 0) + usize::from(i > 3)];
+                let factor =
+                    |i: usize| [PI, 2.0 * PI / 3.0, PI / 4.0][usize::from(i > 0) + usize::from(i > 3)];
                 (0..9).map(|i| t[i * 9] * factor(i)).collect()
             };
             let (mut square, mut estimate, mut count) = (0.0, 0.0, 0.0);
@@ -165,7 +168,8 @@ fn main() {
                 let exact = match bounces {
                     Some(n) => 2.0 - 0.5_f64.powi(n as i32),
                     None => 2.0,
-                } * 3.5449077018110318;
+                } * 2.0
+                    * PI.sqrt();
                 let (mut first, mut others) = (0.0_f64, 0.0_f64);
                 for probe in 0..at.len() {
                     let mut rows = [[0.0; 3]; 9];

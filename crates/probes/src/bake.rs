@@ -35,8 +35,8 @@ pub fn transport_bytes(probes: usize, options: &BakeOptions, channels: usize, em
 /// Bakes the transport to probes at positions in metres.
 ///
 /// Errors of T are 2 percent RMS at 4096 paths and 0.5 at 65,536 in the scenes of `tests/reference.rs`. Uses
-/// all threads; the result does not depend on their number, nor a probe's on the other probes. `stop` is asked
-/// before each probe.
+/// all threads; the result does not depend on their number, nor a probe's on the other probes. `stop` is
+/// asked before each probe.
 ///
 /// # Errors
 /// If there is no probe, a position is not finite, a degree is out of its range, the result is larger than

@@ -127,7 +127,7 @@ impl Visitor for Sums<'_> {
         let start = place.start();
         let Some(arriving) = self.lamp.at(start) else { return };
         let irradiance = arriving.irradiance * place.normal.dot(arriving.direction);
-        if !(irradiance > 0.0) {
+        if irradiance <= 0.0 {
             return;
         }
         let Some(left) = surfaces.between(start, arriving.direction, arriving.distance) else { return };

@@ -96,7 +96,8 @@ impl Emitters {
         ray: usize,
         numbers: [f32; 3],
     ) -> Option<Seen> {
-        // Each ray has other numbers than the one before: shifted by irrational steps (Cranley and Patterson).
+        // Each ray has other numbers than the one before: shifted by irrational steps (Cranley and
+        // Patterson).
         let shift = |number: f32, step: f64| {
             let shifted = (f64::from(number) + ray as f64 * step).fract();
             if shifted < 1.0 { shifted } else { 0.0 }
@@ -145,8 +146,8 @@ impl Emitters {
         })
     }
 
-    /// The points that are taken in each steradian around a place of an emitter that a ray met: 0 if it is not
-    /// sampled.
+    /// The points that are taken in each steradian around a place of an emitter that a ray met: 0 if it is
+    /// not sampled.
     pub(crate) fn density(&self, column: usize, distance: f32, cosine: f32) -> f32 {
         match self.of_column.get(column).copied().flatten() {
             Some(small) => self.rays_each * distance * distance / (self.small[small].area * cosine.max(1e-6)),

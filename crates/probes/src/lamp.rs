@@ -80,7 +80,7 @@ impl Lamp {
         {
             return Err(LampError::Cone);
         }
-        if self.range.is_some_and(|range| !(range > 0.0)) {
+        if self.range.is_some_and(|range| range.is_nan() || range <= 0.0) {
             return Err(LampError::Range);
         }
         Ok(())

@@ -84,7 +84,10 @@ impl Material {
             (is_share(&self.metallic), "the metallic share"),
             (is_share(&self.transmission), "the transmission"),
             (self.emission.as_ref().is_none_or(radiance), "the emission"),
-            (!matches!(self.alpha, Alpha::Mask(cutoff) if !(cutoff >= 0.0)), "the cut of the mask"),
+            (
+                !matches!(self.alpha, Alpha::Mask(cutoff) if cutoff.is_nan() || cutoff < 0.0),
+                "the cut of the mask",
+            ),
             ([self.base_texture, self.metallic_texture, emission_texture].iter().all(is_there), "a texture"),
         ]
         .into_iter()

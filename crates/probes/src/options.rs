@@ -19,7 +19,8 @@ pub struct BakeOptions {
     pub bounces: Option<u32>,
     /// The paths of a probe.
     pub paths: u32,
-    /// The standard error of irradiance, relative to it, at which paths are no longer doubled; `None` to trace
+    /// The standard error of irradiance, relative to it, at which paths are no longer doubled; `None` to
+    /// trace
     /// `paths` for every probe.
     pub error: Option<f32>,
     /// The most paths of a probe, when they are doubled.

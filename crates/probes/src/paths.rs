@@ -1,5 +1,5 @@
-//! Paths of light from a probe through a scene: every vertex casts shadow rays to small emitters, and the path
-//! ends in the sky, in the dark, after a number of reflections, or at random.
+//! Paths of light from a probe through a scene: every vertex casts shadow rays to small emitters, and the
+//! path ends in the sky, in the dark, after a number of reflections, or at random.
 //!
 //! Light that arrives from the direction w, L(w), is estimated by a path whose first direction is uniform on
 //! the sphere. At a matte surface it goes on with the density cosine / pi, which leaves the albedo as the
@@ -128,7 +128,7 @@ impl Paths<'_> {
             }
             let albedo = surfaces.albedo(&place, area);
             let most = albedo[0].max(albedo[1]).max(albedo[2]);
-            if !(most > 0.0) {
+            if most <= 0.0 {
                 return;
             }
             reflections += 1;
@@ -141,7 +141,7 @@ impl Paths<'_> {
                 for ray in 0..emitters.rays() {
                     let Some(seen) = emitters.seen_from(surfaces, origin, ray, [a, b, c]) else { continue };
                     let cosine = place.normal.dot(seen.direction);
-                    if !(cosine > 0.0) {
+                    if cosine <= 0.0 {
                         continue;
                     }
                     let Some(left) = surfaces.between(origin, seen.direction, seen.distance) else {

@@ -1,4 +1,5 @@
-//! Where probes stand: in the grids of volumes or at given points, repaired where that is inside of something.
+//! Where probes stand: in the grids of volumes or at given points, repaired where that is inside of
+//! something.
 //!
 //! A probe inside of a solid is moved out through the nearest back that it sees; what cannot be moved far
 //! enough is filled with the light of neighbours on one side of the wall, or at last with that of the nearest
@@ -45,8 +46,8 @@ pub struct ProbePlaces {
     inside_of: Vec<Option<u32>>,
     repairs: Vec<Repair>,
     visible: Vec<u32>,
-    /// How far each probe of a volume sees in each direction, as shares of the diagonal of a cell, rounded up:
-    /// [probe, direction].
+    /// How far each probe of a volume sees in each direction, as shares of the diagonal of a cell, rounded
+    /// up: [probe, direction].
     reach: Vec<u8>,
 }
 
@@ -127,17 +128,12 @@ impl ProbePlaces {
             place.map_or(*position, |place| place.to_array())
         };
         let positions: Vec<[f32; 3]> = grid.iter().zip(&looked).map(place).collect();
-        let repair = |((position, (_, place)), grid): (
-            (&[f32; 3], &(View, Option<Vec3>)),
-            &([f32; 3], _),
-        )| {
-            match place {
-                Some(_) if *position == grid.0 => Repair::None,
-                Some(_) => Repair::Moved,
-                None => Repair::Lost(0),
-            }
+        let repair = |probe: usize| match looked[probe].1 {
+            Some(_) if positions[probe] == grid[probe].0 => Repair::None,
+            Some(_) => Repair::Moved,
+            None => Repair::Lost(0),
         };
-        let repairs = positions.iter().zip(&looked).zip(&grid).map(repair).collect();
+        let repairs = (0..grid.len()).map(repair).collect();
         let inside_of = |(view, _): &(View, Option<Vec3>)| {
             view.is_inside().then(|| view.backs.first().map(|(.., triangle)| *triangle)).flatten()
         };
@@ -215,8 +211,8 @@ impl ProbePlaces {
     }
 
     /// Whether a probe of a volume sees a point in a cell beside it, as far as its rays know: the longest of
-    /// the four that are nearest to the point's direction counts, times `slack`, so that no point is hidden by
-    /// its own surface.
+    /// the four that are nearest to the point's direction counts, times `slack`, so that no point is hidden
+    /// by its own surface.
     pub(crate) fn sees(&self, volume: &Volume, probe: usize, point: Vec3, slack: f32) -> bool {
         let way = point - Vec3::from(self.positions[probe]);
         let distance = way.length();
@@ -400,8 +396,8 @@ fn all_inside(surfaces: &Surfaces<'_>, volume: &Volume, looked: &[(View, Option<
 }
 
 impl Viewer<'_> {
-    /// What a probe sees where the grid has it, and where it is to stand, with the distances from there; `None`
-    /// if it remains invalid.
+    /// What a probe sees where the grid has it, and where it is to stand, with the distances from there;
+    /// `None` if it remains invalid.
     fn settle(&self, grid: Vec3, volume: Option<&Volume>) -> (View, Option<Vec3>) {
         let mut view = self.view(grid);
         let place = if view.is_inside() {

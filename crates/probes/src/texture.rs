@@ -81,7 +81,7 @@ impl Levels {
     /// The colour and alpha at coordinates, averaged over about `texels` texels of the finest level.
     pub(crate) fn at(&self, coordinates: [f32; 2], texels: f32, how: &TextureUse) -> [f32; 4] {
         let place = coordinates.map(|x| if x.is_finite() { x.clamp(-1e6, 1e6) } else { 0.0 });
-        if !(texels > 1.0) {
+        if texels.is_nan() || texels <= 1.0 {
             return self.levels[0].at(place, how.wrap, how.is_nearest);
         }
         let last = self.levels.len() - 1;

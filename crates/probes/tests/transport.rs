@@ -46,8 +46,8 @@ fn lamp(kind: LampKind) -> Lamp {
     Lamp { name: "lamp".into(), kind, position, direction, color: [1.0; 3], intensity: 1.0, range: None }
 }
 
-/// An endless floor of the albedo a under a white sky sends a up to a probe above it. The floor here ends half
-/// a percent of the sphere below the horizon, and 4096 paths leave some noise.
+/// An endless floor of the albedo a under a white sky sends a up to a probe above it. The floor here ends
+/// half a percent of the sphere below the horizon, and 4096 paths leave some noise.
 #[test]
 fn a_floor_reflects_its_albedo_of_a_white_sky() {
     let scene = scene(&[(sheet(0.0), matte(0.6))]);

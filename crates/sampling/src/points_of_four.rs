@@ -55,8 +55,8 @@ impl PointsOfFour {
 static TABLES: [[[u32; 256]; 4]; 2] =
     [tables(&direction_numbers([1, 3, 0], 2, 1)), tables(&direction_numbers([1, 3, 1], 3, 1))];
 
-/// The mirrored direction numbers of a primitive polynomial of a degree, whose inner coefficients are the bits
-/// of `inner`, with the initial numbers m (Joe and Kuo, eq. 2).
+/// The mirrored direction numbers of a primitive polynomial of a degree, whose inner coefficients are the
+/// bits of `inner`, with the initial numbers m (Joe and Kuo, eq. 2).
 const fn direction_numbers(m: [u32; 3], degree: usize, inner: u32) -> [u32; 32] {
     let mut numbers = [0; 32];
     let mut k = 0;

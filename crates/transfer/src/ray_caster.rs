@@ -16,8 +16,8 @@ use obvhs::triangle::Triangle;
 /// How far beyond a triangle's edges a ray still hits it, as a share of the triangle.
 const WIDER: f32 = 1e-5;
 
-/// The least weight of a corner in [`RayHit::weights`]: places on an edge are moved inside, so that a ray that
-/// leaves from the foot of a wall does not start in the plane of the wall.
+/// The least weight of a corner in [`RayHit::weights`]: places on an edge are moved inside, so that a ray
+/// that leaves from the foot of a wall does not start in the plane of the wall.
 const LEAST_WEIGHT: f32 = 4.0 * WIDER;
 
 /// How far rays start above a surface, in roundings (2^-24) of the coordinates there and of the size of the
@@ -25,14 +25,15 @@ const LEAST_WEIGHT: f32 = 4.0 * WIDER;
 const ROUNDINGS: f32 = 8.0;
 
 /// Distances that differ by less than this share are one. Of two triangles in one place the ray meets the
-/// larger, which the other lies on, as a box stands on the ground; of two that are as large, the one that shows
-/// its front, as a wall of two sides does; else the first.
+/// larger, which the other lies on, as a box stands on the ground; of two that are as large, the one that
+/// shows its front, as a wall of two sides does; else the first.
 const SAME_DISTANCE: f32 = 1e-6;
 
 /// How much larger than another one a triangle is for it to be the ground of the other.
 const LARGER: f32 = 1.01;
 
-/// How much later rays leave boxes than computed, as a factor: rounding must not lose what lies in a flat one.
+/// How much later rays leave boxes than computed, as a factor: rounding must not lose what lies in a flat
+/// one.
 const LATER: f32 = 1.000_000_5;
 
 /// Boxes that may wait to be entered before memory is allocated for more.
@@ -126,8 +127,8 @@ impl RayCaster {
         caster
     }
 
-    /// Makes nodes of four boxes: of the boxes in a node, the largest is replaced by the two in it until there
-    /// are four.
+    /// Makes nodes of four boxes: of the boxes in a node, the largest is replaced by the two in it until
+    /// there are four.
     fn collapse(&mut self, tree: &Bvh2, solid: &[Triangle], indices: &[u32]) {
         // Where the tree's nodes come from: a box in a node of ours.
         let mut open: Vec<(usize, Option<(usize, usize)>)> = vec![(0, None)];

@@ -54,8 +54,8 @@ pub struct GltfScene {
 
 /// Reads a scene. Other files are read through `read`: see [`read_gltf`](super::read_gltf).
 ///
-/// A node of a box has no part in the scene otherwise: the box is that around its mesh or, without one, around
-/// the cube from -1 to 1 in its coordinates, as Blender draws an empty.
+/// A node of a box has no part in the scene otherwise: the box is that around its mesh or, without one,
+/// around the cube from -1 to 1 in its coordinates, as Blender draws an empty.
 ///
 /// # Errors
 /// If `read` fails; if the file is not glTF 2.0, is damaged, or needs an extension that is not read here; if

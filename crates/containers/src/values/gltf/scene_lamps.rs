@@ -70,15 +70,6 @@ fn lamp(light: &Element<'_>, name: String, place: &DAffine3) -> Result<Lamp, Err
 pub(super) fn dark_lamps(lamps: &[Lamp]) -> Option<String> {
     let is_dark = |lamp: &&Lamp| lamp.color.iter().all(|channel| channel * lamp.intensity == 0.0);
     let names: Vec<&str> = lamps.iter().filter(is_dark).map(|lamp| lamp.name.as_str()).collect();
-    (!names.is_empty()).then(|| {
-        format!(
-            "{} without light, because their intensity or colour is 0: {}",
-            lamps_of(names.len()),
-            names.join(", ")
-        )
-    })
-}
-
-fn lamps_of(count: usize) -> String {
-    if count == 1 { "1 lamp is".to_owned() } else { format!("{count} lamps are") }
+    let listed = || format!("lamps without light, whose intensity or colour is 0: {}", names.join(", "));
+    (!names.is_empty()).then(listed)
 }
