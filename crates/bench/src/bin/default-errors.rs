@@ -1,10 +1,10 @@
 //! Prints how close to brute force the maps are that a manifest without degrees makes:
 //! [`bench::default_errors`].
 //!
-//! `cargo run --release -p bench --bin default-errors -- [OPTIONS]`, with `SPECULA_CORPUS` set to the folder of
-//! the corpus and the program of `cargo build --release` at hand. The table is Markdown; a row comes as soon
-//! as it is measured. After it are the numbers of targets that are met, and the rows that miss theirs, the
-//! worst first.
+//! `cargo run --release -p bench --bin default-errors -- [OPTIONS]`, with `SPECULA_CORPUS` set to the
+//! folder of the corpus and the program of `cargo build --release` at hand. The table is Markdown; a row
+//! comes as soon as it is measured. After it are the numbers of targets that are met, and the rows that
+//! miss theirs, the worst first.
 //!
 //! | option | meaning |
 //! | --- | --- |
