@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the program for Windows and runs its tests in Wine: the engine's and the end-to-end tests; with --all
-# those of every crate, also with the corpus. Says aloud what it cannot. On Debian 12: gcc-mingw-w64-x86-64 and wine64,
+# Builds the program for Windows and runs its tests in Wine: the engine's and the end-to-end tests of what a system may
+# change; with --all those of every crate, also with the corpus. Says aloud what it cannot. On Debian 12: gcc-mingw-w64-x86-64 and wine64,
 # and the target of rustup or, if its server cannot be reached, rustc-web, cargo-web and rust-web-src.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -72,9 +72,9 @@ if [ "${1:-}" = --all ]; then
     "${cargo[@]}" check "${std[@]}" --target $target --locked -p cli --features window,remote
 else
     # Long tests are shortened or left to --all, and light is computed elsewhere: so are the examples, what is said of
-    # manifests, reasons and pictures, which no system changes, and
-    # those that damage or cut each of many files, which Wine writes slowly. Those of files that are being written ask how long things take,
-    # which Wine's events and file locks do not do alike each time.
+    # manifests, reasons and pictures, which no system changes, and those that damage or cut each of many files, which
+    # Wine writes slowly. Those of files that are being written ask how long things take, which Wine's events and file
+    # locks do not do alike each time.
     unset CI SPECULA_CORPUS SPECULA_REFERENCE
     skipped=()
     for test in tests::watch::writing a_hundred_thousand_lines builds_all_day changed_while_it_is_published \
