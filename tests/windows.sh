@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Builds the program for Windows and runs its tests in Wine: the engine's and the end-to-end tests of what a system may
-# change; with --all those of every crate, also with the corpus. Says aloud what it cannot. On Debian 12: gcc-mingw-w64-x86-64 and wine64,
-# and the target of rustup or, if its server cannot be reached, rustc-web, cargo-web and rust-web-src.
+# change; with --all those of every crate, also with the corpus. Says aloud what it cannot. On Debian 12:
+# gcc-mingw-w64-x86-64 and wine64, and the target of rustup or, if its server cannot be reached, rustc-web, cargo-web
+# and rust-web-src.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target=x86_64-pc-windows-gnu

@@ -40,7 +40,7 @@ pub struct TextureEntry {
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewEntry {
     fragment: usize,
-    /// The same with the texture of a base colour, if the page has one for it.
+    /// The blob of the fragment shader that reads the texture of a base colour, if the page has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     textured: Option<usize>,
     #[serde(flatten)]

@@ -77,7 +77,8 @@ impl Cost {
 pub struct WebView {
     /// The fragment shader, for the models of the lights' material alone.
     pub fragment: String,
-    /// The same with the texture of the base colour ([`WebBaseColor`]), of modes that show the material.
+    /// The fragment shader that reads the texture of the base colour ([`WebBaseColor`]) too; `None` if the mode
+    /// does not show the material.
     pub textured: Option<String>,
     /// What a pixel costs.
     pub cost: Cost,
@@ -158,7 +159,7 @@ impl WebView {
         shader
     }
 
-    /// The same view with the texture of a base colour; without one if its mode shows no material.
+    /// This view with the texture of the material's base colour; unchanged if its mode shows no material.
     #[must_use]
     pub fn with_base_color(mut self, base_color: WebBaseColor) -> Self {
         if let Some(textured) = self.textured.take() {

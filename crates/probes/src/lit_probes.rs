@@ -154,8 +154,9 @@ impl LitProbes {
     /// The irradiance of a surface at a point with a normal, of the volumes that the point is in; the first
     /// one if it is in none. `None` if there are no volumes.
     ///
-    /// Of the eight probes around the point, each counts by its place, if it sees the point as far as its
-    /// rays know, is not behind the surface, and the one that counts most sees it.
+    /// The eight probes around the point are blended by their places. A probe is left out if it does not see
+    /// the point as far as its rays know, if it is behind the surface, or if the probe that counts most does
+    /// not see it.
     pub fn irradiance(&self, places: &ProbePlaces, point: [f32; 3], normal: [f32; 3]) -> Option<[f64; 3]> {
         let (at, normal) = (Vec3::from(point), Vec3::from(normal));
         let weights = corner_weights(places, at, normal, |_| true)?;

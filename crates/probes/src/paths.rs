@@ -40,7 +40,8 @@ pub(crate) trait Visitor {
     /// A share of the radiance of an emitter arrives from another direction, without a reflection.
     fn emission_from(&mut self, direction: Vec3, column: usize, share: [f32; 3]);
 
-    /// Of the irradiance at a place, a share arrives from the first direction.
+    /// A surface reflects: `share` of the irradiance at this place arrives at the probe from the first
+    /// direction of the path.
     fn reflects(&mut self, surfaces: &Surfaces<'_>, place: &Place, share: [f32; 3]);
 }
 

@@ -136,7 +136,7 @@ mod tests {
         for (a, b) in [(0, 0), (0, 1), (3, 3)] {
             let product = |k: u32| (one.get(k)[a] - 0.5) * (other.get(k)[b] - 0.5);
             let covariance = (0..4096).map(product).sum::<f32>() / 4096.0;
-            // Of independent numbers: 1 / 12 / 64 = 0.0013.
+            // Independent numbers have a covariance of 1 / 12 / 64 = 0.0013.
             assert!(covariance.abs() < 0.004, "{a} {b}: {covariance}");
         }
     }

@@ -90,8 +90,8 @@ impl PackedTexture {
         words
     }
 
-    /// The same texture without the levels that have more texels along a side than this. The coarsest level
-    /// stays in any case.
+    /// This texture with only those of its levels that have at most `longest_side` texels along a side. The
+    /// coarsest level stays in any case.
     #[must_use]
     pub fn within(&self, longest_side: usize) -> Self {
         let is_small = |level: &TextureLevel| level.size.max_element() as usize <= longest_side;

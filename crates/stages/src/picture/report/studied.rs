@@ -74,7 +74,7 @@ impl<'a> Studied<'a> {
         Ok(&self.projection(reporter)?.coefficients)
     }
 
-    /// Those coefficients, and the material's energy.
+    /// The projection of the material at the full degrees: its coefficients and its energy.
     pub(crate) fn projection(&self, reporter: &Reporter) -> Result<&Projection, Failure> {
         projected(&self.full, &self.material, Choice::Full, reporter)
     }
