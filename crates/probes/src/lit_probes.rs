@@ -159,20 +159,7 @@ impl LitProbes {
     /// not see it.
     pub fn irradiance(&self, places: &ProbePlaces, point: [f32; 3], normal: [f32; 3]) -> Option<[f64; 3]> {
         let (at, normal) = (Vec3::from(point), Vec3::from(normal));
-        let weights = corner_weights(places, at, normal, |_| true)?;
-        Some(self.blend(&weights, normal))
-    }
-
-    /// [`LitProbes::irradiance`], but of the probes that `sees` says the point sees.
-    pub fn irradiance_seen(
-        &self,
-        places: &ProbePlaces,
-        point: [f32; 3],
-        normal: [f32; 3],
-        sees: impl Fn(u32) -> bool,
-    ) -> Option<[f64; 3]> {
-        let (at, normal) = (Vec3::from(point), Vec3::from(normal));
-        let weights = corner_weights(places, at, normal, sees)?;
+        let weights = corner_weights(places, at, normal)?;
         Some(self.blend(&weights, normal))
     }
 
@@ -194,12 +181,7 @@ impl LitProbes {
 }
 
 /// The probes that light a point with a normal, with weights that sum to 1.
-fn corner_weights(
-    places: &ProbePlaces,
-    at: Vec3,
-    normal: Vec3,
-    sees: impl Fn(u32) -> bool,
-) -> Option<Vec<(u32, f32)>> {
+fn corner_weights(places: &ProbePlaces, at: Vec3, normal: Vec3) -> Option<Vec<(u32, f32)>> {
     let mut first = 0;
     let mut ranges: Vec<(&Volume, usize)> = Vec::new();
     for volume in places.volumes() {
@@ -226,10 +208,7 @@ fn corner_weights(
         used = corners.clone();
         used.retain(|(probe, ..)| {
             let index = *probe as usize;
-            places.is_valid(index)
-                && is_before(*probe)
-                && places.sees(volume, index, at, slack)
-                && sees(*probe)
+            places.is_valid(index) && is_before(*probe) && places.sees(volume, index, at, slack)
         });
         if !used.is_empty() {
             break;
