@@ -77,8 +77,8 @@ impl Cost {
 pub struct WebView {
     /// The fragment shader, for the models of the lights' material alone.
     pub fragment: String,
-    /// The fragment shader that reads the texture of the base colour ([`WebBaseColor`]) too; `None` if the mode
-    /// does not show the material.
+    /// The fragment shader that reads the texture of the base colour ([`WebBaseColor`]) too; `None` if the
+    /// mode does not show the material.
     pub textured: Option<String>,
     /// What a pixel costs.
     pub cost: Cost,
