@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use brdf::{Centre, Material};
+use brdf::{Centre, LightSum, Material};
 use rayon::prelude::*;
 use sh::{Light, POINT};
 use sphere::{DMat3, DVec3, Direction};
@@ -142,14 +142,11 @@ impl Lamps {
         let surface = self.material.centre().surface_frame(outgoing);
         let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
         let view = into_surface(outgoing);
-        let pairs: Vec<_> = lights.iter().map(|light| [into_surface(light.direction), view]).collect();
-        let mut values = vec![[0.0; 3]; pairs.len()];
-        self.material.means_over_turns(self.material.turns(), &pairs, &mut values);
-        let mut sum = [0.0; 3];
-        for (light, rho) in lights.iter().zip(values) {
-            (0..3).for_each(|channel| sum[channel] += light.flux[channel] * rho[channel]);
+        let mut sum = LightSum::new(&self.material, self.material.turns(), view);
+        for light in lights {
+            sum.add(into_surface(light.direction), light.flux);
         }
-        sum
+        sum.total()
     }
 
     /// The light that the lamps add to a plain reflection map, at each of its texels: in the mean over all
@@ -186,16 +183,15 @@ impl LampPoints<'_> {
         let surface = self.material.centre().surface_frame(outgoing);
         let (into_surface, view) = (surface * into_local, surface * outgoing.vector());
         let mirrored = DVec3::new(-view.x, -view.y, view.z);
-        let (view, mut sum) = (Direction::normalised(view), [0.0; 3]);
+        let mut sum = LightSum::new(self.material, self.turns, Direction::normalised(view));
         for lamp in &self.lamps {
             let centre = into_surface * lamp.light.direction.vector();
             for (direction, share) in lamp.points(centre, mirrored) {
                 let incident = Direction::normalised(into_surface * direction.vector());
-                let rho = self.material.mean_over_turns(self.turns, incident, view);
-                (0..3).for_each(|channel| sum[channel] += lamp.flux[channel] * share * rho[channel]);
+                sum.add(incident, lamp.flux.map(|flux| flux * share));
             }
         }
-        sum
+        sum.total()
     }
 
     /// The radiance of the lights alone toward `view` from a surface that may be brushed: `frame` has its
@@ -204,14 +200,13 @@ impl LampPoints<'_> {
     pub fn surface_radiance(&self, frame: DMat3, view: Direction) -> [f64; 3] {
         let to_surface = frame.transpose();
         let local = |direction: Direction| Direction::normalised(to_surface * direction.vector());
-        let (view, mut sum) = (local(view), [0.0; 3]);
+        let mut sum = LightSum::new(self.material, 1, local(view));
         for lamp in &self.lamps {
             for (direction, share) in lamp.levels.first().into_iter().flatten() {
-                let rho = self.material.rho_hat(local(*direction), view);
-                (0..3).for_each(|channel| sum[channel] += lamp.flux[channel] * share * rho[channel]);
+                sum.add(local(*direction), lamp.flux.map(|flux| flux * share));
             }
         }
-        sum
+        sum.total()
     }
 
     /// The look-up of a soft field with the lamps added; what a cut left below zero is black.

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use brdf::Material;
+use brdf::{LightSum, Material};
 use envmap::Environment;
 use rayon::prelude::*;
 use sh::{Light, Stop, Stopped};
@@ -391,12 +391,11 @@ fn reflected(
     let y = z.cross(x);
     let local = |v: DVec3| Direction::from_unit(DVec3::new(v.dot(x), v.dot(y), v.dot(z)));
     let outgoing = local(view.view);
-    let mut sum = [0.0; 3];
+    let mut sum = LightSum::new(material, turns, outgoing);
     for Point { direction, flux } in points {
-        let rho = material.mean_over_turns(turns, local(direction), outgoing);
-        (0..3).for_each(|channel| sum[channel] += rho[channel] * flux[channel]);
+        sum.add(local(direction), flux);
     }
-    sum
+    sum.total()
 }
 
 #[cfg(test)]

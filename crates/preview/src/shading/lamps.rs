@@ -192,6 +192,13 @@ pub(crate) fn lamps_past(
     let to_surface = frame.transpose();
     let view = to_surface * surface.view;
     let mirrored = Vec3::new(-view.x, -view.y, view.z);
+    let turned = |turn: u32| {
+        let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
+        let turned = Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
+        (turned, material::direction(turned * view))
+    };
+    let views: Vec<(Mat3, Direction)> = (0..turns as u32).map(turned).collect();
+    let (mut pairs, mut shares) = (Vec::new(), Vec::new());
     let mut sum = soft;
     for lamp in lamps.elements[HEAD..].as_chunks::<LAMP>().0.iter().take(lamps.elements[0][0] as usize) {
         let [x, y, z, radius] = lamp[0];
@@ -199,21 +206,20 @@ pub(crate) fn lamps_past(
         let level =
             lamp[2][0] as usize + chosen_level(lamps.elements[1], lamp[2][1], radius, centre, mirrored);
         let [place, count, ..] = lamps.elements[level].map(|value| value as usize);
-        let mut reflected = Vec3::ZERO;
+        (pairs.clear(), shares.clear());
         for [x, y, z, share] in &lamps.elements[place..place + count] {
             let direction = Vec3::new(*x, *y, *z);
             if !sees(direction) {
                 continue;
             }
             let incident = to_surface * direction;
-            for turn in 0..turns as u32 {
-                let (sine, cosine) = math::sin_cos(TAU * turn as f32 / turns);
-                let turned =
-                    Mat3::from_cols(Vec3::new(cosine, sine, 0.0), Vec3::new(-sine, cosine, 0.0), Vec3::Z);
-                let outgoing = material::direction(turned * view);
-                reflected += *share / turns * material::rho_hat(of, turned * incident, outgoing);
+            for (turned, outgoing) in &views {
+                pairs.push([material::direction(*turned * incident), *outgoing]);
+                shares.push(*share / turns);
             }
         }
+        let values = material::rho_hats(of, &pairs);
+        let reflected = shares.iter().zip(values).fold(Vec3::ZERO, |sum, (share, rho)| sum + *share * rho);
         sum += Vec3::from_slice(&lamp[1]) * reflected;
     }
     sum

@@ -36,7 +36,18 @@ use crate::RenderError;
 /// rho_hat(incident, outgoing) of a material on the CPU. `incident` is a unit vector up to the rounding of
 /// f32, which sharp highlights would see.
 pub fn rho_hat(material: &Material, incident: Vec3, outgoing: Direction) -> Vec3 {
-    let value = material.rho_hat(direction(incident), outgoing);
+    single(material.rho_hat(direction(incident), outgoing))
+}
+
+/// [`rho_hat`] of many pairs of the incident and the outgoing direction: the same values, faster.
+pub fn rho_hats(material: &Material, pairs: &[[Direction; 2]]) -> Vec<Vec3> {
+    let mut values = vec![[0.0; 3]; pairs.len()];
+    material.rho_hats(pairs, &mut values);
+    values.into_iter().map(single).collect()
+}
+
+/// A value of rho_hat in single precision.
+fn single(value: [f64; 3]) -> Vec3 {
     // A conductor that reflects nothing, such as one like air, may be a rounding below 0.
     Vec3::from_array(value.map(|value| value as f32)).max(Vec3::ZERO)
 }

@@ -217,21 +217,26 @@ impl TreeSum<'_> {
             if (is_near || !drawn.is_empty()) && self.blocks.has_parts(place) {
                 places.extend(self.blocks.parts(place).map(|part| (part, drawn.clone())));
             } else {
-                let reflected = self.reflected(&block);
+                let [reflected] = self.reflected([block]);
                 (0..3).for_each(|channel| self.total[channel] += reflected[channel]);
                 self.open(place, reflected, 0.0);
             }
         }
     }
 
-    /// The light that a block reflects from its mean direction.
-    fn reflected(&self, block: &TreeBlock) -> [f64; 3] {
-        if block.is_dark() {
-            return [0.0; 3];
+    /// The light that blocks reflect, each from its mean direction.
+    fn reflected<const N: usize>(&self, blocks: [TreeBlock; N]) -> [[f64; 3]; N] {
+        let pair = |block: &TreeBlock| match block.is_dark() {
+            true => [Direction::Z, self.outgoing],
+            false => [Direction::normalised(self.to_surface * block.direction()), self.outgoing],
+        };
+        let mut values = [[0.0; 3]; N];
+        self.material.rho_hats(&blocks.each_ref().map(pair), &mut values);
+        for (value, block) in values.iter_mut().zip(&blocks) {
+            let flux = block.flux();
+            (0..3).for_each(|channel| value[channel] *= flux[channel]);
         }
-        let incident = Direction::normalised(self.to_surface * block.direction());
-        let (rho_hat, flux) = (self.material.rho_hat(incident, self.outgoing), block.flux());
-        std::array::from_fn(|channel| rho_hat[channel] * flux[channel])
+        values
     }
 
     /// Replaces what a block reflects by what its parts do. `above` is the error of the block that it is part
@@ -240,10 +245,13 @@ impl TreeSum<'_> {
         if !self.blocks.has_parts(place) {
             return;
         }
-        let mut parts = [[0.0; 3]; 4];
+        let mut blocks = [TreeBlock::default(); 4];
+        for (block, part) in blocks.iter_mut().zip(self.blocks.parts(place)) {
+            *block = self.blocks.block(part);
+        }
+        let parts = self.reflected(blocks);
         let mut difference = whole.map(|value| -value);
-        for (value, part) in parts.iter_mut().zip(self.blocks.parts(place)) {
-            *value = self.reflected(&self.blocks.block(part));
+        for value in &parts {
             (0..3).for_each(|channel| difference[channel] += value[channel]);
         }
         let beyond = if place.is_of_texels() { [0.0; 3] } else { difference.map(|value| value / 3.0) };

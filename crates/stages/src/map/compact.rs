@@ -1,13 +1,15 @@
 //! The parts of compact maps with the parameters that the kinds have by default, for reports too.
 
+use std::sync::Arc;
+
 use brdf::{Centre, Material};
 use containers::tensors::MaterialTaps;
-use engine::{Failure, Reporter};
+use engine::{Artifact, DerivedValues, Digest, Failure, Reporter};
 use envmap::Environment;
 use rayon::prelude::*;
 use taps::{Fitted, FittedFacets, ScaleSpace, ScaleSpaceError, Widths, fit, fit_each, fit_facets, least_fit};
 
-use crate::values::{LIGHTS, LightCount, UntilStopped};
+use crate::values::{LIGHTS, LightCount, UntilStopped, artifacts};
 
 /// The default resolution.
 pub(crate) const RESOLUTION: usize = 64;
@@ -45,8 +47,12 @@ pub(crate) fn scale_space_of(
 }
 
 /// The taps of a material with the default parameters.
-pub(crate) fn default_taps(material: &Material, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
-    fits(material, ERROR, reporter)
+pub(crate) fn default_taps(
+    material: &Material,
+    derived: &DerivedValues<'_>,
+    reporter: &Reporter,
+) -> Result<Arc<MaterialTaps>, Failure> {
+    fits(material, ERROR, derived, reporter)
 }
 
 /// Whether there are taps of a material that know its tangent: it depends on it, and does not reflect in a
@@ -62,8 +68,23 @@ fn chosen(material: &Material, mut others: Vec<Fitted>, error: f64) -> MaterialT
 }
 
 /// Fits of a material with several numbers of taps, of which `fitted` is the least whose residual is at most
-/// `error`, or past which more of them do not help.
-pub(crate) fn fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
+/// `error`, or past which more of them do not help. A build fits a material once: a report compares the taps
+/// that `fit-taps` made.
+pub(crate) fn fits(
+    material: &Material,
+    error: f64,
+    derived: &DerivedValues<'_>,
+    reporter: &Reporter,
+) -> Result<Arc<MaterialTaps>, Failure> {
+    let of = Digest::of(&artifacts::Material(material.clone()).encode()?);
+    derived.get("fits of taps", of, &[error.to_bits()], || {
+        let made = new_fits(material, error, reporter)?;
+        let bytes = artifacts::Taps(made.clone()).encode()?.len();
+        Ok((made, bytes))
+    })
+}
+
+fn new_fits(material: &Material, error: f64, reporter: &Reporter) -> Result<MaterialTaps, Failure> {
     let facets = facet_fits(material, &FACET_COUNTS, reporter)?;
     let others = match facets.last() {
         None => reporter.until_stopped(|stop| fit_each(material, Widths::FINEST, stop))?,

@@ -44,6 +44,8 @@
 //! there are also taps of the mean over all rotations about the normal. Materials that reflect in a cone
 //! about the tangent, such as kajiya-kay, have only these, with a warning.
 
+use std::sync::Arc;
+
 use brdf::{Centre, Material};
 use containers::tensors::{MaterialTaps, VariedTaps};
 use engine::{Artifact, Context, Failure, Kind, OrAuto, Output, Port, Product, Reporter, parameters};
@@ -143,7 +145,9 @@ impl Kind for FitTaps {
                 let facets = facet_fits(&material, &[taps], reporter)?;
                 MaterialTaps { material, fitted, others: Vec::new(), varied: None, facets }
             }
-            OrAuto::Auto => fits(&material, parameters.error, reporter)?,
+            OrAuto::Auto => {
+                Arc::unwrap_or_clone(fits(&material, parameters.error, &context.derived, reporter)?)
+            }
         };
         let (table, rms) = match made.facets.last() {
             Some(fitted) => (AnyTable::View(&fitted.table), fitted.rms),

@@ -391,7 +391,8 @@ impl Kind for ReportKind {
         let tolerance = parameters.energy_tolerance.or(parameters.tolerance).unwrap_or(ENERGY_TOLERANCE);
         let reflects = has(Section::Maps) || has(Section::Degrees);
         for (key, material) in materials.iter().filter(|_| reflects) {
-            let studied = Studied::new(name(key, "material"), Cow::Borrowed(&material.0));
+            let own = Cow::Borrowed(&material.0);
+            let studied = Studied::new(name(key, "material"), own, context.derived);
             let first = pairs.len();
             if has(Section::Degrees) {
                 degrees.materials.push(degrees::captured(&studied, reporter)?);

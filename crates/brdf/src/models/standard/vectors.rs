@@ -57,6 +57,10 @@ impl WithSimd for RhoHats<'_> {
                 [vectors.map(|v| v.x), vectors.map(|v| v.y), vectors.map(|v| v.z)].map(F64x4)
             };
             let (light, view) = (coordinates(0), coordinates(1));
+            if light[2].0.iter().all(|height| *height <= 0.0) {
+                values.fill([0.0; 3]);
+                continue;
+            }
             let sum: [S::f64s; 3] =
                 std::array::from_fn(|axis| simd.add_f64s(load(simd, &light[axis]), load(simd, &view[axis])));
             let [x2, y2, z2] = sum.map(|value| simd.mul_f64s(value, value));

@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
+use std::sync::Arc;
 
 use brdf::{BrdfCoefficients, Choice, Part, Projection, project};
 use containers::tensors::MaterialTaps;
-use engine::{Failure, Reporter};
+use engine::{DerivedValues, Failure, Reporter};
 use shrm::{MapViews, MeanLobe, Plain, Reflection};
 use taps::AnyTable;
 
@@ -30,13 +31,14 @@ pub(crate) struct Studied<'a> {
     /// The material's lobes for a small light, in the mean over the views at each angle of a 3D texture.
     rings: OnceCell<Vec<MeanLobe>>,
     /// The look-ups into a scale space, with more and more of them.
-    taps: OnceCell<MaterialTaps>,
+    taps: OnceCell<Arc<MaterialTaps>>,
+    derived: DerivedValues<'a>,
 }
 
 impl<'a> Studied<'a> {
-    pub(crate) fn new(name: String, material: Cow<'a, brdf::Material>) -> Self {
+    pub(crate) fn new(name: String, material: Cow<'a, brdf::Material>, derived: DerivedValues<'a>) -> Self {
         let (parts, full, given, mean, rings, taps) = Default::default();
-        Self { name, material, parts, full, given, mean, rings, taps }
+        Self { name, material, parts, full, given, mean, rings, taps, derived }
     }
 
     pub(crate) fn mean(&self) -> &MeanLobe {
@@ -50,7 +52,10 @@ impl<'a> Studied<'a> {
 
     /// The diffuse and the specular part, of a material that has both.
     pub(crate) fn parts(&self) -> Option<&[Studied<'static>; 2]> {
-        let part = |part| Some(Studied::new(self.name.clone(), Cow::Owned(self.material.part(part)?)));
+        let part = |part| {
+            let material = Cow::Owned(self.material.part(part)?);
+            Some(Studied::new(self.name.clone(), material, DerivedValues::default()))
+        };
         let parts = || Some(Box::new([part(Part::Diffuse)?, part(Part::Specular)?]));
         self.parts.get_or_init(parts).as_deref()
     }
@@ -65,7 +70,7 @@ impl<'a> Studied<'a> {
         if let Some(taps) = self.taps.get() {
             return Ok(tap_tables(taps));
         }
-        let made = default_taps(&self.material, reporter)?;
+        let made = default_taps(&self.material, &self.derived, reporter)?;
         Ok(tap_tables(self.taps.get_or_init(|| made)))
     }
 
