@@ -42,7 +42,7 @@ struct Nodes {
 
 /// The means over the disks of some lights as sums over values of any lobe: what does not depend on the
 /// material, so that a caller may keep it for all materials.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct DiskMeans(Vec<DiskMean>);
 
 /// The mean over a disk of a function of the angle to an axis, at nodes of the angle of the disk's centre.

@@ -199,7 +199,11 @@ impl ViewSet {
                 *value = for_views.added(*value, central, kind.to_world(central, view));
             })?;
         }
-        let disks = DiskMeans::new(&lamps.lights);
+        // Single views need none.
+        let disks = match self.views.angles() {
+            [] => DiskMeans::default(),
+            _ => DiskMeans::new(&lamps.lights),
+        };
         for (slice, angle) in self.maps.chunks_exact_mut(grid.len()).zip(self.views.angles()) {
             let lobe = MeanLobe::ring(&lamps.material, *angle);
             let ring = lobe.over(&lamps.lights, &disks);

@@ -20,6 +20,7 @@ mod scale_space;
 mod compact;
 mod component_files;
 mod degree_choice;
+mod disk_means;
 mod map_index;
 mod map_input;
 mod map_pictures;
@@ -33,6 +34,7 @@ use engine::Kinds;
 pub(crate) use compact::{RESOLUTION, default_scale_space, default_taps, has_facets, scale_space_of};
 pub(crate) use component_files::EDGE as COMPONENT_EDGE;
 pub(crate) use degree_choice::{Accept, DegreeChoice};
+pub(crate) use disk_means::disk_means;
 #[cfg(test)]
 pub(crate) use map_pictures::texels;
 pub(crate) use map_pictures::{Layout, MapPictures, endings};

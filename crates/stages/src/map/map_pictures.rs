@@ -1,11 +1,12 @@
 //! The pictures of a map with one value for each direction: arranged by a layout, in a picture's container.
 
-use engine::{Context, DerivedValues, Digest, Failure, choice};
+use engine::{Context, DerivedValues, Failure, choice};
 use envmap::Image;
 use sh::{Synthesis, synthesise_cube};
-use shrm::{DiskMeans, MapGrid, Plain, Reflection};
+use shrm::{MapGrid, Plain, Reflection};
 use sphere::{Cube, Face, LatLong};
 
+use crate::map::disk_means::disk_means;
 use crate::values::{Container, Content, Encoding, FileFormat, image};
 
 choice! {
@@ -114,12 +115,7 @@ pub(crate) fn texels(
         MapGrid::Cube(cube) => synthesise_cube(&field, cube)?,
     };
     if let Some(lamps) = reflection.lamps() {
-        let radii = lamps.lights.iter().flat_map(|light| light.radius.to_le_bytes());
-        let disks = derived.get("means over disks", Digest::of(&radii.collect::<Vec<_>>()), &[], || {
-            let disks = DiskMeans::new(&lamps.lights);
-            let bytes = disks.bytes();
-            Ok::<_, Failure>((disks, bytes))
-        })?;
+        let disks = disk_means(&lamps.lights, derived);
         for (pixel, lamps) in pixels.iter_mut().zip(lamps.plain_over(plain, grid, &disks)) {
             (0..3).for_each(|channel| pixel[channel] += lamps[channel]);
         }

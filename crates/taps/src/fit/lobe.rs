@@ -48,27 +48,39 @@ impl Lobe {
         Self { shares }
     }
 
-    /// What a channel of the lobe, or the sum of all if it is `None`, reflects of each spot, size by size, if
-    /// its albedo is 1.
-    pub(super) fn seen(&self, channel: Option<usize>, spots: &[Spots]) -> Vec<f64> {
-        let of = |rgb: &[f64; 3]| channel.map_or_else(|| rgb.iter().sum(), |channel| rgb[channel]);
-        let whole: f64 = self.shares.iter().map(|(_, rgb)| of(rgb)).sum();
-        let shares: Vec<(DVec3, f64)> = (self.shares.iter())
-            .map(|(direction, rgb)| (*direction, of(rgb) / whole.max(1e-30)))
-            .filter(|(_, share)| *share > 1e-9)
+    /// What some channels of the lobe, or the sum of all if it is `None`, reflect of each spot, size by size,
+    /// if the albedo of each is 1.
+    pub(super) fn seen<const N: usize>(
+        &self,
+        channels: [Option<usize>; N],
+        spots: &[Spots],
+    ) -> [Vec<f64>; N] {
+        let of = |channel: Option<usize>, rgb: &[f64; 3]| {
+            channel.map_or_else(|| rgb.iter().sum(), |channel| rgb[channel])
+        };
+        let wholes = channels
+            .map(|channel| self.shares.iter().map(|(_, rgb)| of(channel, rgb)).sum::<f64>().max(1e-30));
+        let shares: Vec<(DVec3, [f64; N])> = (self.shares.iter())
+            .map(|(direction, rgb)| {
+                let share = |index: usize| of(channels[index], rgb) / wholes[index];
+                let shares = std::array::from_fn(|index| Some(share(index)).filter(|share| *share > 1e-9));
+                (*direction, shares.map(|share| share.unwrap_or(0.0)))
+            })
             .collect();
-        let mut truth = Vec::new();
+        let mut truths = [const { Vec::new() }; N];
         for spots in spots {
             for centre in &spots.centres {
                 let mirrored = DVec3::new(centre.x, -centre.y, centre.z);
-                let seen = |(direction, share): &(DVec3, f64)| {
-                    share
-                        * (spots.radiance(centre.dot(*direction)) + spots.radiance(mirrored.dot(*direction)))
-                };
-                truth.push(0.5 * shares.iter().map(seen).sum::<f64>());
+                let mut sums = [0.0; N];
+                for (direction, shares) in &shares {
+                    let radiance =
+                        spots.radiance(centre.dot(*direction)) + spots.radiance(mirrored.dot(*direction));
+                    (0..N).for_each(|index| sums[index] += shares[index] * radiance);
+                }
+                (0..N).for_each(|index| truths[index].push(0.5 * sums[index]));
             }
         }
-        truth
+        truths
     }
 
     /// Whether the lobe has one shape in all colours.

@@ -68,10 +68,17 @@ impl<'a> Problem<'a> {
         let lobes: Vec<Lobe> = thetas.par_iter().map(|theta| Lobe::new(material, *theta, width)).collect();
         stop.check()?;
         let is_of_one_colour = lobes.iter().all(Lobe::is_of_one_colour);
-        let channels = if is_of_one_colour { &CHANNELS[..1] } else { &CHANNELS[..] };
-        let seen =
-            |channel: &Option<usize>| lobes.par_iter().map(|lobe| lobe.seen(*channel, &spots)).collect();
-        let truths = channels.iter().map(seen).collect();
+        let mut truths = vec![Vec::new(); if is_of_one_colour { 1 } else { CHANNELS.len() }];
+        let seen: Vec<Vec<Vec<f64>>> = lobes
+            .par_iter()
+            .map(|lobe| match is_of_one_colour {
+                true => lobe.seen([None], &spots).into(),
+                false => lobe.seen(CHANNELS, &spots).into(),
+            })
+            .collect();
+        for of_view in seen {
+            truths.iter_mut().zip(of_view).for_each(|(truths, truth)| truths.push(truth));
+        }
         let sampled = Sampled { material, widths, width, spots, thetas, truths };
         Ok(Self { sampled: Arc::new(sampled), shape })
     }

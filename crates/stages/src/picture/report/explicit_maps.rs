@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use brdf::BrdfCoefficients;
 use engine::{Failure, Reporter};
 use sh::Expansion;
-use shrm::{DiskMeans, MapGrid, MapViews, MeanLight, MeanLobe, Plain, Reflection, Shrm, Terms, View};
+use shrm::{MapGrid, MapViews, MeanLight, MeanLobe, Plain, Reflection, Shrm, Terms, View};
 use sphere::{Cube, Direction, LatLong};
 
 use crate::picture::report::figures::{Errors, Export, Method};
@@ -59,7 +59,7 @@ impl<'a> ExplicitMaps<'a> {
                 }
                 Method::KautzMccool => {
                     let rings = lamps.map(|lamps| {
-                        let disks = DiskMeans::new(&lamps.lights);
+                        let disks = material.disks(&lamps.lights);
                         let lit = |lobe: &MeanLobe| lobe.over(&lamps.lights, &disks);
                         let ring = |angle: &f64| lit(&MeanLobe::ring(&lamps.material, *angle));
                         match studied {
@@ -71,9 +71,12 @@ impl<'a> ExplicitMaps<'a> {
                     Made::Texture(zonal(field, slices(edge), reporter)?, rings)
                 }
                 _ => {
-                    let light = lamps.map(|lamps| match studied {
-                        Some(studied) => studied.mean().of(&lamps.lights),
-                        None => MeanLobe::plain(&lamps.material, Plain::Mean).of(&lamps.lights),
+                    let light = lamps.map(|lamps| {
+                        let disks = material.disks(&lamps.lights);
+                        match studied {
+                            Some(studied) => studied.mean().over(&lamps.lights, &disks),
+                            None => MeanLobe::plain(&lamps.material, Plain::Mean).over(&lamps.lights, &disks),
+                        }
                     });
                     Made::Plain(field.plain(Plain::Mean), light)
                 }

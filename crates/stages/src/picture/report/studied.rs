@@ -7,10 +7,11 @@ use std::sync::Arc;
 use brdf::{BrdfCoefficients, Choice, Part, Projection, project};
 use containers::tensors::MaterialTaps;
 use engine::{DerivedValues, Failure, Reporter};
-use shrm::{MapViews, MeanLobe, Plain, Reflection};
+use sh::Light;
+use shrm::{DiskMeans, MapViews, MeanLobe, Plain, Reflection};
 use taps::AnyTable;
 
-use crate::map::{default_taps, tap_tables};
+use crate::map::{default_taps, disk_means, tap_tables};
 use crate::picture::report::lit::Lit;
 use crate::values::UntilStopped;
 
@@ -43,6 +44,11 @@ impl<'a> Studied<'a> {
 
     pub(crate) fn mean(&self) -> &MeanLobe {
         self.mean.get_or_init(|| MeanLobe::plain(&self.material, Plain::Mean))
+    }
+
+    /// The means over the disks of these lights.
+    pub(crate) fn disks(&self, lights: &[Light]) -> Arc<DiskMeans> {
+        disk_means(lights, &self.derived)
     }
 
     pub(crate) fn rings(&self) -> &[MeanLobe] {

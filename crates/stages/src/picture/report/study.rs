@@ -201,7 +201,7 @@ impl<'a> StudyScene<'a> {
             found.push(match (method, material.maps(), explicit, shrm) {
                 (Method::Taps, ..) => self.compact(lit, material)?,
                 (Method::PartMaps, Some(parts), ..) => {
-                    self.part_maps(lit, parts, reflection, &made.lights_of_parts, settings)?
+                    self.part_maps(lit, (material, parts), reflection, &made.lights_of_parts, settings)?
                 }
                 (_, _, Some(maps), _) => self.explicit(maps)?,
                 (.., Some(maps)) => self.shrm(maps)?,
@@ -287,7 +287,7 @@ impl<'a> StudyScene<'a> {
     fn part_maps(
         &self,
         lit: &Lit<'_>,
-        parts: &[Studied<'static>],
+        (material, parts): (&Studied<'_>, &[Studied<'static>]),
         reflection: &Reflection,
         known: &OnceCell<Vec<MeanLight>>,
         settings: &Settings,
@@ -296,7 +296,10 @@ impl<'a> StudyScene<'a> {
         let cube = Cube { edge };
         let mut values = vec![[0.0_f32; 3]; self.central.len()];
         let (series, lights) = self.light(lit, reflection)?;
-        let of_lights = || parts.iter().map(|part| part.mean().of(lights)).collect();
+        let of_lights = || {
+            let disks = material.disks(lights);
+            parts.iter().map(|part| part.mean().over(lights, &disks)).collect()
+        };
         for (part, light) in parts.iter().zip(known.get_or_init(of_lights)) {
             self.reporter.check_cancelled()?;
             let central = self.sphere.central(part.material.centre());
