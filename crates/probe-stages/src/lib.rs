@@ -16,6 +16,7 @@ mod name_pattern;
 mod part_of_scene;
 mod place_probes;
 mod scene_part;
+mod suns;
 
 use engine::Kinds;
 
