@@ -1,11 +1,23 @@
-//! The kinds of stage for light where there is no surface: a scene, the places of probes in it, the transport of
-//! light to them, their light, and its files for engines.
+//! The kinds of stage for light where there is no surface: a scene, the places of probes in it, the
+//! transport of light to them, their light, and its files for engines.
 //!
 //! One file per kind, as in `stages`, whose list they join as a studio's own kinds do. Of `stages` they use
 //! nothing but what every studio is promised in docs/plugins.md: [`stages::artifacts`] and
 //! [`stages::plugin`].
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
+
+mod bake_lamps;
+mod bake_probes;
+mod baking;
+mod ground;
+mod import_scene;
+mod light_probes;
+mod name_pattern;
+mod part_of_scene;
+mod place_probes;
+mod scene_part;
+mod suns;
 
 use engine::Kinds;
 
@@ -16,4 +28,10 @@ use engine::Kinds;
 #[must_use]
 pub fn add_to(kinds: Kinds) -> Kinds {
     kinds
+        .with(import_scene::ImportScene)
+        .with(scene_part::ScenePartKind)
+        .with(place_probes::PlaceProbes)
+        .with(bake_probes::BakeProbes)
+        .with(bake_lamps::BakeLamps)
+        .with(light_probes::LightProbes)
 }

@@ -17,9 +17,11 @@ mod material;
 mod options;
 mod paths;
 mod places;
+mod places_parts;
 mod random;
 mod ringing;
 mod scene;
+mod scene_part;
 mod surfaces;
 mod texture;
 mod transport;
@@ -34,8 +36,10 @@ pub use lit_probes::{LightError, LitProbes, SceneLighting};
 pub use material::{Alpha, Emission, MOST_ALBEDO, Material};
 pub use options::{BakeError, BakeOptions, MOST_BYTES};
 pub use places::{PlacesError, ProbePlaces, Repair};
+pub use places_parts::PlacesParts;
 pub use ringing::{least_window, window_factor};
 pub use scene::{Corner, NamedBox, Part, Scene, SceneError, SceneParts};
+pub use scene_part::ScenePart;
 pub use surfaces::Surfaces;
 pub use texture::{Texture, TextureUse};
 pub use transport::{Transport, TransportParts};
@@ -45,4 +49,5 @@ pub use volume::{Lattice, MOST_ALONG, MOST_PROBES, Volume, VolumeError, neighbou
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::bake::REVISION as PROBES;
+    pub use crate::lit_probes::REVISION as BLEND;
 }
