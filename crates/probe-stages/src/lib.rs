@@ -7,6 +7,8 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
+mod export_probes;
+
 use engine::Kinds;
 
 /// Adds the kinds of this crate to a list, in the order in which a pipeline uses them.

@@ -1,0 +1,8 @@
+//! stub
+
+mod axes;
+mod json;
+mod light;
+#[cfg(test)]
+mod testkit;
+mod three;
