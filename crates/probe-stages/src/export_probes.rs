@@ -1,6 +1,7 @@
 //! stub
 
 mod axes;
+mod bevy;
 mod json;
 mod light;
 #[cfg(test)]
