@@ -7,7 +7,16 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
+mod bake_lamps;
+mod bake_probes;
+mod baking;
 mod export_probes;
+mod import_scene;
+mod light_probes;
+mod name_pattern;
+mod part_of_scene;
+mod place_probes;
+mod scene_part;
 
 use engine::Kinds;
 
@@ -18,4 +27,10 @@ use engine::Kinds;
 #[must_use]
 pub fn add_to(kinds: Kinds) -> Kinds {
     kinds
+        .with(import_scene::ImportScene)
+        .with(scene_part::ScenePartKind)
+        .with(place_probes::PlaceProbes)
+        .with(bake_probes::BakeProbes)
+        .with(bake_lamps::BakeLamps)
+        .with(light_probes::LightProbes)
 }

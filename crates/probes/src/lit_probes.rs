@@ -141,6 +141,14 @@ impl LitProbes {
         Ok(Self { rows, windows })
     }
 
+    /// Light that was stored: [`LitProbes::rows`] and [`LitProbes::windows`]. `None` if there are not as many
+    /// of both, or a number is not finite; a window may be infinite.
+    pub fn from_parts(rows: Vec<[[f32; 3]; ROWS]>, windows: Vec<f32>) -> Option<Self> {
+        let are_finite = rows.as_flattened().as_flattened().iter().all(|value| value.is_finite());
+        let are_windows = windows.iter().all(|lambda| *lambda >= 0.0);
+        (rows.len() == windows.len() && are_finite && are_windows).then_some(Self { rows, windows })
+    }
+
     /// The harmonics of the radiance that arrives at each probe: [probe, row l l + l + m, RGB].
     pub fn rows(&self) -> &[[[f32; 3]; ROWS]] {
         &self.rows
@@ -156,8 +164,11 @@ impl LitProbes {
     ///
     /// The eight probes around the point are blended by their places. A probe is left out if it does not see
     /// the point as far as its rays know, if it is behind the surface, or if the probe that counts most does
-    /// not see it.
+    /// not see it. `None`, too, if the places are those of other probes.
     pub fn irradiance(&self, places: &ProbePlaces, point: [f32; 3], normal: [f32; 3]) -> Option<[f64; 3]> {
+        if places.len() != self.rows.len() {
+            return None;
+        }
         let (at, normal) = (Vec3::from(point), Vec3::from(normal));
         let weights = corner_weights(places, at, normal)?;
         Some(self.blend(&weights, normal))

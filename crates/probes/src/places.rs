@@ -38,17 +38,17 @@ pub enum Repair {
 /// The places of probes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbePlaces {
-    volumes: Vec<Volume>,
-    scattered: usize,
-    grid: Vec<[f32; 3]>,
-    positions: Vec<[f32; 3]>,
-    back_share: Vec<f32>,
-    inside_of: Vec<Option<u32>>,
-    repairs: Vec<Repair>,
-    visible: Vec<u32>,
+    pub(crate) volumes: Vec<Volume>,
+    pub(crate) scattered: usize,
+    pub(crate) grid: Vec<[f32; 3]>,
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) back_share: Vec<f32>,
+    pub(crate) inside_of: Vec<Option<u32>>,
+    pub(crate) repairs: Vec<Repair>,
+    pub(crate) visible: Vec<u32>,
     /// How far each probe of a volume sees in each direction, as shares of the diagonal of a cell, rounded
     /// up: [probe, direction].
-    reach: Vec<u8>,
+    pub(crate) reach: Vec<u8>,
 }
 
 /// The reason why there are no places.
@@ -208,6 +208,12 @@ impl ProbePlaces {
     /// For each probe a bit for each of [`neighbours`] that sees it and is valid, as it is itself.
     pub fn visible(&self) -> &[u32] {
         &self.visible
+    }
+
+    /// How far the probes of volumes see in each of 256 directions, as shares of the diagonal of a cell,
+    /// rounded up, 254 for all of it and 255 for more: [probe, direction].
+    pub fn reach(&self) -> &[u8] {
+        &self.reach
     }
 
     /// Whether a probe of a volume sees a point in a cell beside it, as far as its rays know: the longest of

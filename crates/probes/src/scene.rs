@@ -154,6 +154,11 @@ impl Scene {
         Ok(scene)
     }
 
+    /// A scene of parts that are those of a checked one, or less.
+    pub(crate) fn of_checked(parts: SceneParts) -> Self {
+        Self { parts }
+    }
+
     fn check_numbers(&self) -> Result<(), SceneError> {
         let SceneParts { triangles, attributes, attributes_of, materials, textures, lamps, .. } = &self.parts;
         let not_finite = |triangle: usize, what| {

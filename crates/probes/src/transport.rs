@@ -40,8 +40,8 @@ pub struct TransportParts {
 }
 
 impl Transport {
-    /// A transport of its parts; `None` if their lengths do not belong together, or there are not 1 or 3
-    /// channels.
+    /// A transport of its parts; `None` if their lengths do not belong together, the degree of what arrives is
+    /// below 2, or there are not 1 or 3 channels.
     pub fn from_parts(parts: TransportParts) -> Option<Self> {
         let TransportParts { degree, sky_degree, channels, emitters, sky, direct, indirect, paths, errors } =
             parts;
@@ -50,6 +50,7 @@ impl Transport {
         let of_emitters = rows.checked_mul(3)?.checked_mul(emitters)?;
         let are_right = sky.len() == of_sky && direct.len() == of_emitters && indirect.len() == of_emitters;
         let is_whole = are_right && errors.len() == paths.len() && [1, 3].contains(&channels);
+        let is_whole = is_whole && degree.get() >= 2;
         is_whole.then_some(Self {
             degree,
             sky_degree,

@@ -20,6 +20,11 @@
 //! | `light-rig` | `direction` [n, 3], `radiance` [n, 3], `pdf` \[n\], `mip` \[n\] f32 ([`encode_light_rig`]) | `rows` |
 //! | `direction-samples` | `point` [n, 2], `direction` [n, 3], `pdf` \[n\], `weight` \[n\] f32 ([`encode_direction_samples`]) | `count`, `mean`, `variance`, `standard-error` |
 //! | `wavelets` | `level0` [R, 2 R, 3], `level1` ..., or `haar` [R, 2 R, 3], or `index` \[n\] u32 and `haar` [n, 3], f32 ([`encode_wavelets`]) | `rows`, `form`, `error` |
+//! | `scene` | `triangles` [T, 3, 3], `attributes` [A, 3, 10] f32, `texture0` [height, width, 4] u16 and more ([`encode_scene`]) | `materials`, `lamps`, `nodes`, `boxes`, `part`, `surfaces` |
+//! | `probe-transport` | `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3] f16 or f32, and the tensors of `probe-places` ([`encode_probe_transport`]) | `places`, `surfaces`, `volumes` |
+//! | `probe-lamps` | `direct` and `indirect` [L, P, (F+1)^2, 3] f32 ([`encode_probe_lamps`]) | `lamps`, `places`, `surfaces` |
+//! | `probe-places` | `positions` [P, 3] f32, `repairs` \[P\] u8 and more ([`encode_probe_places`]) | `volumes` |
+//! | `probes` | `sh` [P, 9, 3] f32 and the tensors of `probe-places` ([`encode_probes`]) | `volumes` |
 //! | `mesh` | `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] or none f32; `triangles` [T, 3] u32 | |
 //!
 //! `lights` is [n, 7] f64: the direction x, y, z of a disk, its angular radius in radians, and the irradiance
@@ -48,6 +53,7 @@ use sh::{Expansion, Lighting};
 use shrm::{Lamps, Reflection};
 use sphere::LatLong;
 
+mod arrays;
 mod base_color;
 mod brdf_table;
 mod components;
@@ -58,7 +64,11 @@ mod light_rig;
 mod material;
 mod mesh;
 mod prefiltered;
+mod probe_places;
+mod probe_transport;
+mod probes;
 mod reflection_map;
+mod scene;
 mod taps;
 mod transfer;
 mod wavelets;
@@ -76,7 +86,14 @@ pub use light_rig::encode_light_rig;
 pub use material::{decode_material, decode_textured_material, encode_material, encode_textured_material};
 pub use mesh::{decode_mesh, encode_mesh};
 pub use prefiltered::{decode_prefiltered, encode_prefiltered};
+pub use probe_places::{decode_probe_places, encode_probe_places};
+pub use probe_transport::{
+    ProbeLamps, ProbeTransport, TransportPrecision, decode_probe_lamps, decode_probe_transport,
+    encode_probe_lamps, encode_probe_transport,
+};
+pub use probes::{Probes, decode_probes, encode_probes};
 pub use reflection_map::{decode_lights, decode_shrm, encode_shrm};
+pub use scene::{StoredScene, decode_scene, encode_scene};
 pub use taps::{
     EnvironmentScales, MaterialTaps, VariedTaps, decode_scale_space, decode_taps, encode_compact_map,
     encode_scale_space, encode_taps, encode_varied_table,

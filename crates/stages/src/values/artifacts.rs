@@ -16,6 +16,11 @@
 //! | `transfer` | [`transfer::StoredTransfer`] and its mesh's digest | safetensors: `transfer` [V, (O+1)^2, (F+1)^2] f16, or another form |
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `vertex-blend` | one number from 0 to 1 for each vertex, or two, and their mesh's digest | safetensors: `blend` \[V\] or \[V, 2\] f32 |
+//! | `scene` | [`probes::Scene`] or a part of it, and the digest of its surfaces | safetensors: `triangles` [T, 3, 3] f32, ..., `texture0` [height, width, 4] u16, ...; materials, lamps and boxes as JSON in the metadata |
+//! | `probe-places` | [`probes::ProbePlaces`] | safetensors: `positions` [P, 3] f32, `repairs` \[P\] u8, ... |
+//! | `probe-transport` | [`probes::Transport`], its places, and their and the surfaces' digests | safetensors: `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3], f16 or f32, and the places |
+//! | `probe-lamps` | [`probes::LampColumns`] of each lamp, and the digests of places and surfaces | safetensors: `direct` and `indirect` [L, P, (F+1)^2, 3] f32 |
+//! | `probes` | [`probes::LitProbes`] and their places | safetensors: `sh` [P, 9, 3] f32, and the places |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] and, with materials, `ranges` [R, 2] u32 |
 //!
 //! The bytes do not hold the origin of a value, so equal values have equal bytes.
@@ -293,5 +298,85 @@ impl Artifact for VertexBlend {
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(Self(tensors::decode_vertex_blend(bytes)?))
+    }
+}
+
+/// A scene as light sees it, or a part of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene(pub tensors::StoredScene);
+
+impl Artifact for Scene {
+    const TYPE: &'static str = "scene";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_scene(&self.0, None))
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_scene(bytes)?))
+    }
+}
+
+/// Where light probes stand, and what they see of each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbePlaces(pub probes::ProbePlaces);
+
+impl Artifact for ProbePlaces {
+    const TYPE: &'static str = "probe-places";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_probe_places(&self.0, None))
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_probe_places(bytes)?))
+    }
+}
+
+/// The transport from the sky and from emissive materials to probes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbeTransport(pub tensors::ProbeTransport);
+
+impl Artifact for ProbeTransport {
+    const TYPE: &'static str = "probe-transport";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_probe_transport(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_probe_transport(bytes)?))
+    }
+}
+
+/// The transport from lamps to probes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbeLamps(pub tensors::ProbeLamps);
+
+impl Artifact for ProbeLamps {
+    const TYPE: &'static str = "probe-lamps";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_probe_lamps(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_probe_lamps(bytes)?))
+    }
+}
+
+/// Light probes: their places, and the light at each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probes(pub tensors::Probes);
+
+impl Artifact for Probes {
+    const TYPE: &'static str = "probes";
+
+    fn encode(&self) -> Result<Vec<u8>, Failure> {
+        Ok(tensors::encode_probes(&self.0, None)?)
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, Failure> {
+        Ok(Self(tensors::decode_probes(bytes)?))
     }
 }

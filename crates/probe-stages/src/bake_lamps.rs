@@ -1,0 +1,131 @@
+//! Bakes the transport of light from the lamps of a scene to probes, for each lamp on its own.
+//!
+//! ```toml
+//! [stage.lamp-light]
+//! kind = "bake-lamps"
+//! inputs = { scene = "lamp-shapes", places = "places" }
+//!
+//! [stage.lamp-shapes]
+//! kind = "scene-part"
+//! input = "scene"
+//! part = "lamps"
+//! ```
+//!
+//! Each lamp of `KHR_lights_punctual` gets a column: the spherical harmonics of what arrives at each probe if its
+//! colour times its intensity is 1, apart for what it sends straight there, which is exact, and for what
+//! surfaces reflect. `light-probes` multiplies it by the lamp's colour and intensity: another colour, or a lamp
+//! that is switched off, traces no ray. For that, `scene` is connected to the part `lamps` of `scene-part`.
+//!
+//! The factors of `range` and of a spot's cone are those that the extension recommends.
+//!
+//! All lamps of a scene are one item. If one is moved, the item runs; in a running `watch` only the lamp that
+//! moved is traced, since the columns of the others are kept in memory. `lamps` chooses some by name: a lamp that
+//! is not baked is dark, and `light-probes` says so.
+//!
+//! `degree`, F, has to be that of the transport (`bake-probes`). The paths are as in `bake-probes`.
+
+use containers::tensors::ProbeLamps;
+use engine::{
+    Artifact, Context, Digest, Failure, Kind, Output, Parameters as _, Port, Product, Steps, parameters,
+};
+use probes::{Lamp, LampColumns, ScenePart, Surfaces, bake_lamp};
+use sh::Degree;
+use stages::artifacts;
+use stages::plugin::UntilStopped;
+
+use crate::baking::Baking;
+use crate::name_pattern::NamePattern;
+use crate::part_of_scene::check;
+
+parameters! {
+    /// Parameters of `bake-lamps`.
+    pub(crate) struct Parameters {
+        /// F, the degree of the light that arrives.
+        #[range(2..=4)]
+        degree: usize = 2,
+        /// The names of the lamps that are baked.
+        lamps: Option<Vec<NamePattern>> = None,
+        ..baking: Baking,
+    }
+}
+
+/// The kind `bake-lamps`.
+pub(crate) struct BakeLamps;
+
+impl Kind for BakeLamps {
+    type Parameters = Parameters;
+
+    const NAME: &'static str = "bake-lamps";
+    const REVISION: u32 = 1;
+    const KERNELS: &'static [u32] = &[probes::revisions::PROBES];
+    const TEXT: &'static str = include_str!("bake_lamps.rs");
+    const SLOW: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<artifacts::Scene>("scene"), Port::one::<artifacts::ProbePlaces>("places")]
+    }
+
+    fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
+        Product::Artifact(artifacts::ProbeLamps::TYPE)
+    }
+
+    fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {
+        parameters.baking.check()
+    }
+
+    fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
+        let reporter = &context.reporter;
+        let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
+        check(stored, ScenePart::Lamps)?;
+        let places = &context.inputs.get::<artifacts::ProbePlaces>("places")?.0;
+        let places_digest = context.inputs.digest("places")?.to_string();
+        let degree = Degree::new(parameters.degree)?;
+        // The degree of the sky is not read.
+        let options = parameters.baking.options(parameters.degree, 2)?;
+        let all = &stored.scene.parts().lamps;
+        let is_chosen = |lamp: &&Lamp| match &parameters.lamps {
+            Some(patterns) => patterns.iter().any(|pattern| pattern.matches(&lamp.name)),
+            None => true,
+        };
+        let lamps: Vec<&Lamp> = all.iter().filter(is_chosen).collect();
+        if lamps.is_empty() {
+            let names = all.iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ");
+            reporter.warn(match all.len() {
+                0 => "the scene has no lamps (KHR_lights_punctual)".to_owned(),
+                _ => format!("`lamps` chooses none of the scene's lamps: {names}"),
+            });
+        }
+        let surfaces = Surfaces::new(&stored.scene);
+        let steps = Steps::new(reporter, lamps.len() * places.len());
+        let mut columns: Vec<LampColumns> = Vec::new();
+        for lamp in &lamps {
+            let Lamp { name: _, kind, position, direction, color: _, intensity: _, range } = lamp;
+            let shape = format!("{kind:?} {position:?} {direction:?} {range:?}");
+            let of = [&stored.surfaces, &places_digest, &shape, &parameters.canonical().to_string()];
+            let of = of.map(String::as_str).join(" ");
+            let part = steps.part(places.len(), places.len());
+            let made = context.derived.get("bake-lamp", Digest::of(of.as_bytes()), &[], || {
+                let baked = part
+                    .until_stopped(|stop| bake_lamp(&surfaces, lamp, places.positions(), &options, stop))?;
+                let bytes = 4 * (baked.direct.len() + baked.indirect.len() + 2 * places.len());
+                Ok::<_, Failure>((baked, bytes))
+            })?;
+            let what = format!("lamp {}", lamp.name);
+            if lamps.len() <= NOTED {
+                parameters.baking.report(&what, &made.errors, places, reporter);
+            }
+            columns.push(made.as_ref().clone());
+        }
+        Output::artifact(artifacts::ProbeLamps(ProbeLamps {
+            names: lamps.iter().map(|lamp| lamp.name.clone()).collect(),
+            probes: if columns.is_empty() { 0 } else { places.len() },
+            columns,
+            degree,
+            places_digest,
+            surfaces: stored.surfaces.clone(),
+        }))
+    }
+}
+
+/// The most lamps with a note each.
+const NOTED: usize = 8;
