@@ -16,7 +16,10 @@ mod light_probes;
 mod name_pattern;
 mod part_of_scene;
 mod place_probes;
+mod probe_pattern;
 mod scene_part;
+#[cfg(test)]
+mod testkit;
 
 use engine::Kinds;
 
@@ -33,4 +36,6 @@ pub fn add_to(kinds: Kinds) -> Kinds {
         .with(bake_probes::BakeProbes)
         .with(bake_lamps::BakeLamps)
         .with(light_probes::LightProbes)
+        .with(probe_pattern::ProbePattern)
+        .with(export_probes::ExportProbes)
 }

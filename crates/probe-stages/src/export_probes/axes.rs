@@ -128,7 +128,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export_probes::testkit::{harmonics, noise};
+    use crate::testkit::{harmonics, noise};
 
     /// A light has the same radiance in all worlds.
     #[test]

@@ -10,7 +10,7 @@ use containers::{Precision, Rounding, TexelEncoding, TexelFormat, Texture, read_
 use engine::Failure;
 
 use super::axes::{Grid, OF_FILES, Rows};
-use super::light::{LARGEST_HALF, LitVolume, ProbeLight, check_halves, check_texture};
+use super::light::{LitVolume, ProbeLight, check_halves, check_texture};
 
 /// The volumes that Bevy shows in a view, `MAX_VIEW_LIGHT_PROBES`.
 pub(crate) const MOST_VOLUMES: usize = 8;
@@ -56,7 +56,7 @@ pub(crate) fn files(
         let mut texture = ambient_cubes(lit, &grid);
         let name = &lit.volume.name;
         check_texture([texture.width, texture.height, texture.depth], MOST_TEXELS, name)?;
-        check_halves(texture.pixels.as_flattened(), name, &format!("scale the light to {LARGEST_HALF} or less"))?;
+        check_halves(texture.pixels.as_flattened(), name, "set a lower `scale`")?;
         for side in texture.pixels.as_flattened_mut() {
             loss.all += 1;
             if *side < 0.0 {
@@ -139,7 +139,7 @@ mod tests {
     use probes::{Lattice, Volume};
 
     use super::*;
-    use crate::export_probes::testkit::{blended, bright_rows, direction, exact, noise, sample};
+    use crate::testkit::{blended, bright_rows, direction, exact, noise, sample};
 
     /// `irradiance_volume_light` of Bevy's `irradiance_volume.wgsl`, of one volume.
     fn irradiance(texture: &Texture, middle: [f64; 3], size: [f64; 3], place: [[f64; 3]; 2]) -> [f64; 3] {

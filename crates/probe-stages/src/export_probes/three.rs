@@ -8,18 +8,16 @@ use serde::Serialize;
 
 use engine::Failure;
 
-use super::axes::{Grid, OF_FILES, Rows};
+use super::axes::{Grid, OF_FILES};
 use super::json::document;
 use super::light::{LitVolume, ProbeLight, check_halves, check_texture};
+use super::packing::{PARTS, packed, stacked};
 
 /// The files, in the order of their contents.
 pub(crate) const NAMES: [&str; 4] = ["/probes.bin", "/probes.js", "/README.txt", "/probes.json"];
 
 /// The largest texture of three dimensions that every WebGL 2 device is known to have, except a few.
 const MOST_TEXELS: usize = 2048;
-
-/// The parts of the texture, with four numbers of the 27 of a probe each.
-const PARTS: usize = 7;
 
 /// The members of `probes.json`.
 #[derive(Serialize)]
@@ -63,7 +61,7 @@ pub(crate) fn files(light: &ProbeLight<'_>, is_half: bool, recipe: &str) -> Resu
             offset: texels.len(),
         });
         if is_half {
-            check_halves(values, &lit.volume.name, "set precision = \"float\", or scale the light down")?;
+            check_halves(values, &lit.volume.name, "set format = \"float\", or a lower `scale`")?;
             texels.extend(values.iter().flat_map(|value| f16::from_f32(*value).to_le_bytes()));
         } else {
             texels.extend(values.iter().flat_map(|value| value.to_le_bytes()));
@@ -82,25 +80,10 @@ pub(crate) fn files(light: &ProbeLight<'_>, is_half: bool, recipe: &str) -> Resu
     Ok(vec![texels, module, readme, document(&file, recipe)?])
 }
 
-/// The 27 numbers of nine rows, four at a time, with a last one.
-pub(crate) fn packed(rows: &Rows, last: f32) -> [[f32; 4]; PARTS] {
-    let numbers = rows.as_flattened();
-    std::array::from_fn(|part| [0, 1, 2, 3].map(|k| numbers.get(4 * part + k).copied().unwrap_or(last)))
-}
-
 /// The texels of a volume: seven grids along z, each with its first and its last slice twice.
 fn texture(lit: &LitVolume<'_>, grid: &Grid) -> Vec<[f32; 4]> {
-    let light: Vec<[[f32; 4]; PARTS]> =
-        grid.probes().map(|probe| packed(&OF_FILES.rows(&lit.rows[probe]), 0.0)).collect();
-    let slice = grid.counts[0] * grid.counts[1];
-    let mut texels = Vec::with_capacity(PARTS * slice * (grid.counts[2] + 2));
-    for part in 0..PARTS {
-        let slices = (0..grid.counts[2]).map(|z| &light[z * slice..(z + 1) * slice]);
-        let (first, last) = (slices.clone().take(1), slices.clone().rev().take(1));
-        let padded = first.chain(slices).chain(last);
-        texels.extend(padded.flatten().map(|probe| probe[part]));
-    }
-    texels
+    let probes: Vec<_> = grid.probes().map(|probe| packed(&OF_FILES.rows(&lit.rows[probe]), 0.0)).collect();
+    stacked(&probes, grid.counts)
 }
 
 #[cfg(test)]
@@ -108,7 +91,7 @@ mod tests {
     use probes::{Lattice, Volume};
 
     use super::*;
-    use crate::export_probes::testkit::{blended, bright_rows, direction, exact, noise, sample};
+    use crate::testkit::{blended, bright_rows, direction, exact, noise, sample};
 
     /// `getLightProbeGridIrradiance` of three.js: of revision 187 in a box of cells, of 186 in a box of
     /// corners. The world's axes are those of the file; over pi.

@@ -2,7 +2,8 @@
 
 use probes::Volume;
 
-use super::axes::Rows;
+/// Nine coefficients of radiance in red, green and blue, row l l + l + m.
+type Rows = [[f32; 3]; 9];
 
 /// A number from -1 to 1 for each index.
 pub(crate) fn noise(index: usize) -> f32 {
