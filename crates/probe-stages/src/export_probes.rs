@@ -12,6 +12,9 @@
 //! | --- | --- | --- |
 //! | `three` | volumes | `probes.json`, `probes.bin` and the module `probes.js`, which makes `LightProbeGridWebGL` or `LightProbeGrid` of them |
 //! | `bevy` | up to 8 volumes | `volume-0.ktx2`, ... and the plugin `light_probes.rs` |
+//! | `godot` | up to 32 volumes | `light_probes.tscn`, with `LightmapGIData` in `volume-0.tres`, ...; `places.tscn` |
+//! | `unity` | volumes and points | `probes.json`, and the editor script `SpeculaLightProbes.cs` |
+//! | `vrc-light-volumes` | up to 32 volumes | `volumes.json`, `volumes.bytes`, and the editor script `SpeculaLightVolumes.cs` |
 //! | `ktx2` | up to 32 volumes | `volume-0.ktx2`, ... and `probes.json`, for programs of your own |
 //! | `gltf` | volumes and points | `probes.glb`, points with attributes as `export-gltf` names them |
 //!
@@ -19,11 +22,12 @@
 //! folder has a `README.txt` with the version, the axes, the scale and the lines of code; `gltf` has them in the
 //! file. Probes without light of their own have that of their neighbours in every file.
 //!
-//! All presets but `gltf` refuse single points, which have no grid.
+//! All presets but `gltf` and `unity` refuse single points, which have no grid.
 //!
 //! ## The presets in full
 //!
-//! Each of them is in the axes of the glTF file that the scene was imported from, right-handed, +Y up, in metres.
+//! Each of them is in the axes of the glTF file that the scene was imported from, right-handed, +Y up, in metres,
+//! but for the two of Unity, which mirror x as importers of glTF do.
 //!
 //! `three`
 //!
@@ -45,6 +49,31 @@
 //! - scale: irradiance over pi along the six axes; negative light is 0, which is noted. Bevy blends three of them
 //!   with the squares of the normal, so that what is between the axes is an approximation
 //! - source: bevy_pbr/src/light_probe/irradiance_volume.wgsl and .rs; its formula is a test here
+//!
+//! `godot`
+//!
+//! - versions: 4; a `LightmapGI` for each volume, which lights objects with `gi_mode` Dynamic
+//! - layout: `probe_data` of `LightmapGIData`: points, nine colours each, six tetrahedra a cell, and the tree that
+//!   finds them. The outer probes of `lattice = "centres"` are there twice, at the ends of the box too, because
+//!   Godot makes light beyond the outer probes too bright
+//! - scale: radiance over pi, as Godot's baker writes it
+//! - source: scene/3d/lightmap_gi.cpp; light_storage.cpp, lightmap_tap_sh_light; scene_forward_clustered.glsl;
+//!   their formulas are tests here; not loaded in Godot
+//!
+//! `unity`
+//!
+//! - versions: 2019.4 and later; since 2023.2 probes get their places without a bake of places
+//! - scale: `SphericalHarmonicsL2`: irradiance over pi, in the order of Unity
+//! - source: EntityLighting.hlsl; HDRP SphericalHarmonics.cs, PackCoefficients; the formula is a test here; the
+//!   script was not run
+//!
+//! `vrc-light-volumes`
+//!
+//! - versions: REDSIM/VRCLightVolumes 1 and 2
+//! - layout: three textures of a volume: (L0.rgb, L1r.z) (L1r.x, L1g.x, L1b.x, L1g.z) (L1r.y, L1g.y, L1b.y, L1b.z)
+//! - scale: irradiance over pi of degree 1; the slopes are multiplied by 1.7699, which the packing of the world's
+//!   volumes divides by
+//! - source: LightVolume.cs, LVUtils.cs, LightVolumes.cginc; their formulas are tests here; the script was not run
 //!
 //! `ktx2`
 //!
@@ -70,11 +99,14 @@
 mod axes;
 mod bevy;
 mod gltf;
+mod godot;
 mod json;
 mod ktx2;
 mod light;
 mod packing;
 mod three;
+mod unity;
+mod vrc;
 
 use containers::Precision;
 use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
@@ -92,6 +124,12 @@ choice! {
         Three = "three",
         /// Bevy.
         Bevy = "bevy",
+        /// Godot.
+        Godot = "godot",
+        /// Unity.
+        Unity = "unity",
+        /// VRC Light Volumes.
+        VrcLightVolumes = "vrc-light-volumes",
         /// KTX2 and JSON for programs of your own.
         Ktx2 = "ktx2",
         /// Points of a binary glTF.
@@ -117,7 +155,7 @@ parameters! {
         /// What the files are for; see the table.
         preset: ProbePreset = ProbePreset::Three,
         /// How numbers are stored: "half" or "float" for three.js and `ktx2`, "half" or "rgb9e5" for Bevy.
-        /// Default: "half"; `gltf` always has 32-bit floats.
+        /// Default: "half". Others have one format.
         format: Option<NumberFormat> = None,
         /// What all light is multiplied by.
         #[range(1e-9..=1e9)]
@@ -131,7 +169,8 @@ impl ProbePreset {
         match self {
             Self::Three | Self::Ktx2 => &[NumberFormat::Half, NumberFormat::Float],
             Self::Bevy => &[NumberFormat::Half, NumberFormat::Rgb9E5],
-            Self::Gltf => &[NumberFormat::Float],
+            Self::VrcLightVolumes => &[NumberFormat::Half],
+            Self::Godot | Self::Unity | Self::Gltf => &[NumberFormat::Float],
         }
     }
 
@@ -140,6 +179,9 @@ impl ProbePreset {
         match self {
             Self::Three => three::NAMES.map(str::to_owned).to_vec(),
             Self::Bevy => bevy::names(),
+            Self::Godot => godot::names(),
+            Self::Unity => unity::NAMES.map(str::to_owned).to_vec(),
+            Self::VrcLightVolumes => vrc::NAMES.map(str::to_owned).to_vec(),
             Self::Ktx2 => ktx2::names(),
             Self::Gltf => vec!["/probes.glb".into()],
         }
@@ -204,6 +246,9 @@ impl Kind for ExportProbes {
                 }
                 files
             }
+            ProbePreset::Godot => godot::files(&light, recipe)?,
+            ProbePreset::Unity => unity::files(&light, recipe)?.into_iter().map(Some).collect(),
+            ProbePreset::VrcLightVolumes => vrc::files(&light, recipe)?.into_iter().map(Some).collect(),
             ProbePreset::Ktx2 => {
                 let precision =
                     if format == NumberFormat::Float { Precision::Float } else { Precision::Half };
