@@ -117,6 +117,8 @@ use stages::plugin::report_loss;
 use self::axes::Rows;
 use self::light::ProbeLight;
 
+pub(crate) use self::ktx2::schema;
+
 choice! {
     /// An engine, or a format.
     pub(crate) enum ProbePreset {
@@ -296,3 +298,6 @@ fn note_overlaps(light: &ProbeLight<'_>, mut note: impl FnMut(String)) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -39,3 +39,8 @@ pub fn add_to(kinds: Kinds) -> Kinds {
         .with(probe_pattern::ProbePattern)
         .with(export_probes::ExportProbes)
 }
+
+/// The JSON Schema of `probes.json`, which `export-probes` writes with `preset = "ktx2"`.
+pub fn probes_schema() -> engine::serde_json::Value {
+    export_probes::schema()
+}

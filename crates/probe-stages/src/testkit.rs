@@ -1,6 +1,6 @@
 //! Slow, obvious forms against which the formulas of engines are compared.
 
-use probes::Volume;
+use probes::{PlacesParts, ProbePlaces, Repair, Volume};
 
 /// Nine coefficients of radiance in red, green and blue, row l l + l + m.
 type Rows = [[f32; 3]; 9];
@@ -99,4 +99,24 @@ pub(crate) fn sample<const N: usize>(texels: &[[f32; N]], sizes: [usize; 3], uvw
         (0..N).for_each(|k| sum[k] += weight * f64::from(texel[k]));
     }
     sum
+}
+
+/// Places of volumes and points in a world without walls.
+pub(crate) fn places(volumes: Vec<Volume>, points: Vec<[f32; 3]>) -> ProbePlaces {
+    let position = |volume: &Volume| {
+        (0..volume.len()).map(|index| volume.position(volume.cell(index))).collect::<Vec<_>>()
+    };
+    let of_volumes: Vec<[f32; 3]> = volumes.iter().flat_map(position).collect();
+    let count = of_volumes.len() + points.len();
+    let parts = PlacesParts {
+        reach: vec![u8::MAX; 256 * of_volumes.len()],
+        positions: [of_volumes, points.clone()].concat(),
+        volumes,
+        points,
+        back_share: vec![0.0; count],
+        inside_of: vec![None; count],
+        repairs: vec![Repair::None; count],
+        visible: vec![0; count],
+    };
+    ProbePlaces::from_parts(parts).unwrap()
 }

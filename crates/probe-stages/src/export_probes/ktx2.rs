@@ -4,6 +4,7 @@ use containers::{Precision, Texture, write_ktx2_rgba};
 use engine::Failure;
 use probes::Lattice;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::axes::{Grid, OF_FILES};
 use super::json::document;
@@ -15,6 +16,9 @@ pub(crate) const MOST_VOLUMES: usize = 32;
 
 /// The largest texture of three dimensions that graphics devices are known to have.
 const MOST_TEXELS: usize = 2048;
+
+/// What the first member of `probes.json` says.
+const FORMAT: &str = "specula probes 1";
 
 /// The members of `probes.json`.
 #[derive(Serialize)]
@@ -87,7 +91,7 @@ pub(crate) fn files(
     files.resize(MOST_VOLUMES, None);
     files.push(Some(include_str!("ktx2.txt").into()));
     let file = File {
-        format: "specula probes 1",
+        format: FORMAT,
         frame: "right-handed, +Y up, metres: the axes of the glTF file",
         scale: "radiance, orthonormal harmonics without Condon-Shortley phase",
         layout: "7 parts along z, each with its first and last slice twice; 9 x RGB, then validity",
@@ -95,6 +99,63 @@ pub(crate) fn files(
     };
     files.push(Some(document(&file, recipe)?));
     Ok(files)
+}
+
+/// The JSON Schema of `probes.json`.
+pub(crate) fn schema() -> Value {
+    let numbers = json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
+    let described = |schema: &Value, text: &str| {
+        let mut schema = schema.clone();
+        schema["description"] = text.into();
+        schema
+    };
+    let text = |text: &str| json!({ "type": "string", "description": text });
+    let volume = json!({
+        "type": "object",
+        "properties": {
+            "name": text("The name of the box."),
+            "file": text("The texture, beside this file."),
+            "resolution": {
+                "type": "array",
+                "items": { "type": "integer", "minimum": 1, "maximum": MOST_TEXELS },
+                "minItems": 3,
+                "maxItems": 3,
+                "description": "The probes along x, y and z.",
+            },
+            "lattice": {
+                "enum": ["centres", "corners"],
+                "description": "Whether probes stand in the middle of the cells that divide the box, or at \
+                                their corners.",
+            },
+            "box": {
+                "type": "array",
+                "items": numbers,
+                "minItems": 2,
+                "maxItems": 2,
+                "description": "The least and the greatest coordinates, in metres.",
+            },
+            "first": described(&numbers, "Where the first probe stands, in metres."),
+            "spacing": described(&numbers, "The distance between probes along x, y and z, in metres."),
+        },
+        "required": ["name", "file", "resolution", "lattice", "box", "first", "spacing"],
+        "additionalProperties": false,
+    });
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Light probes of Specula",
+        "description": "probes.json of `export-probes` with preset = \"ktx2\".",
+        "type": "object",
+        "properties": {
+            "format": { "const": FORMAT, "description": "What the file is, with its version." },
+            "frame": text("The axes and the unit of all places."),
+            "scale": text("What the coefficients are."),
+            "layout": text("Where they are in the texture."),
+            "volumes": { "type": "array", "items": volume, "maxItems": MOST_VOLUMES },
+            "specula": { "type": "object", "description": "The recipe: how the file was made." },
+        },
+        "required": ["format", "frame", "scale", "layout", "volumes"],
+        "additionalProperties": false,
+    })
 }
 
 /// The texels of a volume: 27 coefficients and the validity of each probe.
