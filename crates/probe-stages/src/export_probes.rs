@@ -17,6 +17,7 @@
 //! | `vrc-light-volumes` | up to 32 volumes | `volumes.json`, `volumes.bytes`, and the editor script `SpeculaLightVolumes.cs` |
 //! | `ktx2` | up to 32 volumes | `volume-0.ktx2`, ... and `probes.json`, for programs of your own |
 //! | `gltf` | volumes and points | `probes.glb`, points with attributes as `export-gltf` names them |
+//! | `transport` | the transport of `bake-probes` | `transport.json`, `transport.bin`, and `relight.js` and `relight.wgsl`, which light it |
 //!
 //! `probes` are those of `light-probes`, or of `probe-pattern`, whose colours show a wrong axis at once. Each
 //! folder has a `README.txt` with the version, the axes, the scale and the lines of code; `gltf` has them in the
@@ -86,6 +87,23 @@
 //!   (`extras` of each mesh), and the first number of `_VALIDITY` is 1 if the probe has light of its own, else 0.
 //!   A mesh for each volume and, last, one for the points
 //!
+//! ## Relighting at run time
+//!
+//! ```toml
+//! [stage.relightable]
+//! kind = "export-probes"
+//! inputs = { probes = "transport", lamps = "lamp-light" }
+//! preset = "transport"
+//! path = "relight"
+//! ```
+//!
+//! The transport is exported itself, as halves: 162 bytes a probe where surfaces are grey and the sky has degree 2,
+//! 450 with degree 4, three times as much where they are coloured. `relight.js` multiplies it by the coefficients
+//! of a sky (`export-sh` with `preset = "specula"`), the colours of lamps and of emissive materials, and
+//! `setLight` shows the result in the grids of three.js; `relight.wgsl` does the same on a graphics device.
+//! Columns are in Specula's own convention, rows in the axes of the glTF file. A sum that is made at run time has
+//! no window against ringing.
+//!
 //! ## Numbers
 //!
 //! `format` is how numbers are stored: `"half"`, or for some presets `"float"` or `"rgb9e5"`, Bevy's smallest, of
@@ -104,12 +122,13 @@ mod json;
 mod ktx2;
 mod light;
 mod packing;
+mod relight;
 mod three;
 mod unity;
 mod vrc;
 
 use containers::Precision;
-use engine::{Context, Failure, Kind, Output, Port, Product, choice, parameters};
+use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use probes::Lattice;
 use stages::artifacts;
 use stages::plugin::report_loss;
@@ -136,6 +155,8 @@ choice! {
         Ktx2 = "ktx2",
         /// Points of a binary glTF.
         Gltf = "gltf",
+        /// The transport, for programs that light the probes themselves.
+        Transport = "transport",
     }
 }
 
@@ -171,7 +192,7 @@ impl ProbePreset {
         match self {
             Self::Three | Self::Ktx2 => &[NumberFormat::Half, NumberFormat::Float],
             Self::Bevy => &[NumberFormat::Half, NumberFormat::Rgb9E5],
-            Self::VrcLightVolumes => &[NumberFormat::Half],
+            Self::VrcLightVolumes | Self::Transport => &[NumberFormat::Half],
             Self::Godot | Self::Unity | Self::Gltf => &[NumberFormat::Float],
         }
     }
@@ -186,6 +207,7 @@ impl ProbePreset {
             Self::VrcLightVolumes => vrc::NAMES.map(str::to_owned).to_vec(),
             Self::Ktx2 => ktx2::names(),
             Self::Gltf => vec!["/probes.glb".into()],
+            Self::Transport => relight::NAMES.map(str::to_owned).to_vec(),
         }
     }
 }
@@ -201,7 +223,10 @@ impl Kind for ExportProbes {
     const TEXT: &'static str = include_str!("export_probes.rs");
 
     fn ports() -> Vec<Port> {
-        vec![Port::one::<artifacts::Probes>("probes")]
+        vec![
+            Port::one::<artifacts::Probes>("probes").or::<artifacts::ProbeTransport>(),
+            Port::one::<artifacts::ProbeLamps>("lamps").optional(),
+        ]
     }
 
     fn product(parameters: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -217,8 +242,33 @@ impl Kind for ExportProbes {
         vec![("format", format!("this preset stores numbers as {}", words.join(" or ")))]
     }
 
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let is_transport = parameters.preset == ProbePreset::Transport;
+        let has = |port: &str, name: &str| types.iter().any(|input| *input == (port, name));
+        let mut errors = Vec::new();
+        if is_transport && has("probes", artifacts::Probes::TYPE) {
+            errors.push(("preset", "\"transport\" takes the transport of bake-probes, not lit probes".into()));
+        }
+        if !is_transport && has("probes", artifacts::ProbeTransport::TYPE) {
+            errors.push(("preset", "a transport is exported with preset = \"transport\"".into()));
+        }
+        if !is_transport && has("lamps", artifacts::ProbeLamps::TYPE) {
+            errors.push(("preset", "only \"transport\" takes `lamps`; others have their light in `probes`".into()));
+        }
+        if is_transport && parameters.scale != 1.0 {
+            errors.push(("scale", "has no effect with \"transport\": it is the light that is scaled".into()));
+        }
+        errors
+    }
+
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
+        if parameters.preset == ProbePreset::Transport {
+            let transport = context.inputs.get::<artifacts::ProbeTransport>("probes")?;
+            let lamps = context.inputs.optional::<artifacts::ProbeLamps>("lamps")?;
+            let files = relight::files(&transport.0, lamps.as_ref().map(|lamps| &lamps.0), context.recipe())?;
+            return Ok(Output::files(files));
+        }
         let probes = &context.inputs.get::<artifacts::Probes>("probes")?.0;
         let scaled = |value: f32| (f64::from(value) * parameters.scale) as f32;
         let rows: Vec<Rows> = probes.light.rows().iter().map(|rows| rows.map(|row| row.map(scaled))).collect();
@@ -257,6 +307,7 @@ impl Kind for ExportProbes {
                 ktx2::files(&light, precision, recipe)?
             }
             ProbePreset::Gltf => vec![Some(gltf::file(&light, recipe)?)],
+            ProbePreset::Transport => return Err(Failure::new("lit probes have no transport")),
         };
         Ok(Output::Files(files))
     }

@@ -28,6 +28,7 @@ fn export(preset: ProbePreset, places: &ProbePlaces, rows: &[Rows]) -> Result<Ve
         ProbePreset::VrcLightVolumes => vrc::files(&light, "{}").map(all),
         ProbePreset::Ktx2 => ktx2::files(&light, Precision::Half, "{}"),
         ProbePreset::Gltf => gltf::file(&light, "{}").map(|file| vec![Some(file)]),
+        ProbePreset::Transport => unreachable!("it takes no light"),
     };
     files.map_err(|failure| format!("{failure}; {}", failure.help.clone().unwrap_or_default()))
 }
