@@ -20,22 +20,22 @@
 //! | `transport` | the transport of `bake-probes` | `transport.json`, `transport.bin`, and `relight.js` and `relight.wgsl`, which light it |
 //!
 //! `probes` are those of `light-probes`, or of `probe-pattern`, whose colours show a wrong axis at once. Each
-//! folder has a `README.txt` with the version, the axes, the scale and the lines of code; `gltf` has them in the
-//! file. Probes without light of their own have that of their neighbours in every file.
+//! folder has a `README.txt` with the version, the axes, the scale and the lines of code; `gltf` has them in
+//! the file. Probes without light of their own have that of their neighbours in every file.
 //!
 //! All presets but `gltf` and `unity` refuse single points, which have no grid.
 //!
 //! ## The presets in full
 //!
-//! Each of them is in the axes of the glTF file that the scene was imported from, right-handed, +Y up, in metres,
-//! but for the two of Unity, which mirror x as importers of glTF do.
+//! Each of them is in the axes of the glTF file that the scene was imported from, right-handed, +Y up, in
+//! metres, but for the two of Unity, which mirror x as importers of glTF do.
 //!
 //! `three`
 //!
 //! - versions: revision 184 and later. Since 187 a grid has a probe in the middle of each cell; until 186 its
-//!   outer probes were its corners. The file has the box for both, and the module takes the one for its `REVISION`.
-//!   `lattice` of `place-probes` does not matter, except that boxes with probes at the corners grow by half a
-//!   spacing in 187: a note says so if two of them overlap for that reason
+//!   outer probes were its corners. The file has the box for both, and the module takes the one for its
+//!   `REVISION`. `lattice` of `place-probes` does not matter, except that boxes with probes at the corners
+//!   grow by half a spacing in 187: a note says so if two of them overlap for that reason
 //! - layout: an RGBA16F or RGBA32F texture of nx x ny x 7 (nz + 2), the 27 coefficients four at a time
 //! - scale: radiance. WebGLRenderer ignores `intensity`
 //! - a file of its own does not exist in three.js; texels without a container need a `fetch` and no loader
@@ -47,34 +47,36 @@
 //! - versions: 0.13 to 0.20; none in browsers
 //! - layout: (Rx, 2 Ry, 3 Rz), RGBA16F or RGB9E5: ambient cubes, along z the sides of x, y and z, along y the
 //!   positive sides and then the negative ones, as the shader reads them
-//! - scale: irradiance over pi along the six axes; negative light is 0, which is noted. Bevy blends three of them
-//!   with the squares of the normal, so that what is between the axes is an approximation
+//! - scale: irradiance over pi along the six axes; negative light is 0, which is noted. Bevy blends three of
+//!   them with the squares of the normal, so that what is between the axes is an approximation
 //! - source: bevy_pbr/src/light_probe/irradiance_volume.wgsl and .rs; its formula is a test here
 //!
 //! `godot`
 //!
 //! - versions: 4; a `LightmapGI` for each volume, which lights objects with `gi_mode` Dynamic
-//! - layout: `probe_data` of `LightmapGIData`: points, nine colours each, six tetrahedra a cell, and the tree that
-//!   finds them. The outer probes of `lattice = "centres"` are there twice, at the ends of the box too, because
-//!   Godot makes light beyond the outer probes too bright
+//! - layout: `probe_data` of `LightmapGIData`: points, nine colours each, six tetrahedra a cell, and the tree
+//!   that finds them. The outer probes of `lattice = "centres"` are there twice, at the ends of the box too,
+//!   because Godot makes light beyond the outer probes too bright
 //! - scale: radiance over pi, as Godot's baker writes it
-//! - source: scene/3d/lightmap_gi.cpp; light_storage.cpp, lightmap_tap_sh_light; scene_forward_clustered.glsl;
-//!   their formulas are tests here; not loaded in Godot
+//! - source: scene/3d/lightmap_gi.cpp; light_storage.cpp, lightmap_tap_sh_light;
+//!   scene_forward_clustered.glsl; their formulas are tests here; not loaded in Godot
 //!
 //! `unity`
 //!
 //! - versions: 2019.4 and later; since 2023.2 probes get their places without a bake of places
 //! - scale: `SphericalHarmonicsL2`: irradiance over pi, in the order of Unity
-//! - source: EntityLighting.hlsl; HDRP SphericalHarmonics.cs, PackCoefficients; the formula is a test here; the
-//!   script was not run
+//! - source: EntityLighting.hlsl; HDRP SphericalHarmonics.cs, PackCoefficients; the formula is a test here;
+//!   the script was not run
 //!
 //! `vrc-light-volumes`
 //!
 //! - versions: REDSIM/VRCLightVolumes 1 and 2
-//! - layout: three textures of a volume: (L0.rgb, L1r.z) (L1r.x, L1g.x, L1b.x, L1g.z) (L1r.y, L1g.y, L1b.y, L1b.z)
-//! - scale: irradiance over pi of degree 1; the slopes are multiplied by 1.7699, which the packing of the world's
-//!   volumes divides by
-//! - source: LightVolume.cs, LVUtils.cs, LightVolumes.cginc; their formulas are tests here; the script was not run
+//! - layout: three textures of a volume: (L0.rgb, L1r.z) (L1r.x, L1g.x, L1b.x, L1g.z) (L1r.y, L1g.y, L1b.y,
+//!   L1b.z)
+//! - scale: irradiance over pi of degree 1; the slopes are multiplied by 1.7699, which the packing of the
+//!   world's volumes divides by
+//! - source: LightVolume.cs, LVUtils.cs, LightVolumes.cginc; their formulas are tests here; the script was
+//!   not run
 //!
 //! `ktx2`
 //!
@@ -84,8 +86,8 @@
 //! `gltf`
 //!
 //! - `POSITION` is the place in the grid, `_SH_DEGREE_l_COEF_n` the radiance in Specula's own convention
-//!   (`extras` of each mesh), and the first number of `_VALIDITY` is 1 if the probe has light of its own, else 0.
-//!   A mesh for each volume and, last, one for the points
+//!   (`extras` of each mesh), and the first number of `_VALIDITY` is 1 if the probe has light of its own,
+//!   else 0. A mesh for each volume and, last, one for the points
 //!
 //! ## Relighting at run time
 //!
@@ -97,18 +99,19 @@
 //! path = "relight"
 //! ```
 //!
-//! The transport is exported itself, as halves: 162 bytes a probe where surfaces are grey and the sky has degree 2,
-//! 450 with degree 4, three times as much where they are coloured. `relight.js` multiplies it by the coefficients
-//! of a sky (`export-sh` with `preset = "specula"`), the colours of lamps and of emissive materials, and
-//! `setLight` shows the result in the grids of three.js; `relight.wgsl` does the same on a graphics device.
-//! Columns are in Specula's own convention, rows in the axes of the glTF file. A sum that is made at run time has
-//! no window against ringing.
+//! The transport is exported itself, as halves: 162 bytes a probe where surfaces are grey and the sky has
+//! degree 2, 450 with degree 4, three times as much where they are coloured. `relight.js` multiplies it by
+//! the coefficients of a sky (`export-sh` with `preset = "specula"`), the colours of lamps and of emissive
+//! materials, and `setLight` shows the result in the grids of three.js; `relight.wgsl` does the same on a
+//! graphics device. Columns are in Specula's own convention, rows in the axes of the glTF file. A sum that is
+//! made at run time has no window against ringing.
 //!
 //! ## Numbers
 //!
-//! `format` is how numbers are stored: `"half"`, or for some presets `"float"` or `"rgb9e5"`, Bevy's smallest, of
-//! 4 bytes a texel; its largest error is noted. Halves end at 65,504: light above it is an error, and `scale`,
-//! which all light is multiplied by, brings it into the range. Textures have at most 2,048 texels along a side.
+//! `format` is how numbers are stored: `"half"`, or for some presets `"float"` or `"rgb9e5"`, Bevy's
+//! smallest, of 4 bytes a texel; its largest error is noted. Halves end at 65,504: light above it is an
+//! error, and `scale`, which all light is multiplied by, brings it into the range. Textures have at most
+//! 2,048 texels along a side.
 //!
 //! ## Files
 //!
@@ -247,13 +250,17 @@ impl Kind for ExportProbes {
         let has = |port: &str, name: &str| types.iter().any(|input| *input == (port, name));
         let mut errors = Vec::new();
         if is_transport && has("probes", artifacts::Probes::TYPE) {
-            errors.push(("preset", "\"transport\" takes the transport of bake-probes, not lit probes".into()));
+            errors
+                .push(("preset", "\"transport\" takes the transport of bake-probes, not lit probes".into()));
         }
         if !is_transport && has("probes", artifacts::ProbeTransport::TYPE) {
             errors.push(("preset", "a transport is exported with preset = \"transport\"".into()));
         }
         if !is_transport && has("lamps", artifacts::ProbeLamps::TYPE) {
-            errors.push(("preset", "only \"transport\" takes `lamps`; others have their light in `probes`".into()));
+            errors.push((
+                "preset",
+                "only \"transport\" takes `lamps`; others have their light in `probes`".into(),
+            ));
         }
         if is_transport && parameters.scale != 1.0 {
             errors.push(("scale", "has no effect with \"transport\": it is the light that is scaled".into()));
@@ -271,7 +278,8 @@ impl Kind for ExportProbes {
         }
         let probes = &context.inputs.get::<artifacts::Probes>("probes")?.0;
         let scaled = |value: f32| (f64::from(value) * parameters.scale) as f32;
-        let rows: Vec<Rows> = probes.light.rows().iter().map(|rows| rows.map(|row| row.map(scaled))).collect();
+        let rows: Vec<Rows> =
+            probes.light.rows().iter().map(|rows| rows.map(|row| row.map(scaled))).collect();
         if rows.as_flattened().as_flattened().iter().any(|value| !value.is_finite()) {
             return Err(Failure::new("the light is too bright for 32-bit floats").help("set a lower `scale`"));
         }
@@ -289,7 +297,9 @@ impl Kind for ExportProbes {
                 let (files, loss) = bevy::files(&light, format == NumberFormat::Rgb9E5, recipe)?;
                 let bevy::Loss { negative, all, error } = loss;
                 if negative > 0 {
-                    let text = format!("{negative} of {all} numbers were below 0, which Bevy cannot store, and are 0");
+                    let text = format!(
+                        "{negative} of {all} numbers were below 0, which Bevy cannot store, and are 0"
+                    );
                     let help = "light-probes with window = \"non-negative\" leaves none below 0";
                     report_loss(reporter, negative as f64 / all as f64, &text, help);
                 }
@@ -335,10 +345,9 @@ fn note_overlaps(light: &ProbeLight<'_>, mut note: impl FnMut(String)) {
                 let [least, most] = volume.bounds;
                 [0, 1, 2].map(|k| [least[k] - half[k], most[k] + half[k]])
             };
-            let meet = |a: [[f32; 2]; 3], b: [[f32; 2]; 3]| (0..3).all(|k| a[k][0] < b[k][1] && b[k][0] < a[k][1]);
-            let own = |volume: &probes::Volume| {
-                [0, 1, 2].map(|k| [volume.bounds[0][k], volume.bounds[1][k]])
-            };
+            let meet =
+                |a: [[f32; 2]; 3], b: [[f32; 2]; 3]| (0..3).all(|k| a[k][0] < b[k][1] && b[k][0] < a[k][1]);
+            let own = |volume: &probes::Volume| [0, 1, 2].map(|k| [volume.bounds[0][k], volume.bounds[1][k]]);
             if meet(grown(one), grown(other)) && !meet(own(one), own(other)) {
                 note(format!(
                     "{} and {} overlap in three.js 187, whose boxes end half a spacing beyond the outer probes; \

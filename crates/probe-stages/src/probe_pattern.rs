@@ -16,9 +16,9 @@
 //! | `"axes"` | 2 + u + n / 2: red has the x of both, green y, blue z, in the axes of glTF files, +Y up. u goes from -1 to 1 over the volume. A ball in the middle is reddest on the side of +X, greenest on top, and bluest on the side of +Z; a ball moved along +X turns redder |
 //! | `"noise"` | all nine rows are different at each probe, so that no exchange of two of them stays hidden: for tests of programs, by numbers |
 //!
-//! `places` are those of `place-probes`, so that the pattern stands where the probes of a scene stand. Without
-//! them, there is one volume from `from` to `to`, in Specula's frame, with `counts` probes along x, y and z.
-//! Single points have the u of the box around all of them.
+//! `places` are those of `place-probes`, so that the pattern stands where the probes of a scene stand.
+//! Without them, there is one volume from `from` to `to`, in Specula's frame, with `counts` probes along x, y
+//! and z. Single points have the u of the box around all of them.
 
 use containers::tensors::Probes;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
@@ -107,9 +107,8 @@ impl Kind for ProbePattern {
 
 /// The volume of the parameters, empty of walls.
 fn own_places(parameters: &Parameters) -> Result<ProbePlaces, Failure> {
-    let corner = |place: Option<Place>, default: [f64; 3]| {
-        place.map_or(default, |place| place.0).map(|x| x as f32)
-    };
+    let corner =
+        |place: Option<Place>, default: [f64; 3]| place.map_or(default, |place| place.0).map(|x| x as f32);
     let bounds = [corner(parameters.from, [-2.0, -1.5, 0.0]), corner(parameters.to, [2.0, 1.5, 2.0])];
     let lattice = match parameters.lattice {
         PatternLattice::Centres => Lattice::Centres,

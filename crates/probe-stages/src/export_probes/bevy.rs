@@ -1,8 +1,8 @@
 //! Probes for Bevy: ambient cubes in a KTX2 of three dimensions for each volume.
 //!
-//! The texture has three slabs along z, for the sides along x, y and z, and in each of them the positive sides
-//! below the negative ones, along y. So it is in the shader, `irradiance_volume.wgsl`; the documentation of
-//! the module has the halves the other way round.
+//! The texture has three slabs along z, for the sides along x, y and z, and in each of them the positive
+//! sides below the negative ones, along y. So it is in the shader, `irradiance_volume.wgsl`; the
+//! documentation of the module has the halves the other way round.
 
 use std::fmt::Write;
 

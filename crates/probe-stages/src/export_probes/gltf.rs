@@ -24,7 +24,8 @@ pub(crate) fn file(light: &ProbeLight<'_>, recipe: &str) -> Result<Vec<u8>, Fail
     let mut parts: Vec<(String, std::ops::Range<usize>, Value)> = Vec::new();
     for volume in light.places.volumes() {
         let end = first + volume.len();
-        let extras = json!({ "counts": volume.counts, "order": "x, y, z of Specula's frame; x changes fastest" });
+        let extras =
+            json!({ "counts": volume.counts, "order": "x, y, z of Specula's frame; x changes fastest" });
         parts.push((volume.name.clone(), first..end, extras));
         first = end;
     }
@@ -56,9 +57,8 @@ impl Points {
         self.buffer.extend(values.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
         let length = self.buffer.len() - offset;
         let view = self.views.len();
-        self.views.push(
-            json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": ARRAY_BUFFER }),
-        );
+        self.views
+            .push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": ARRAY_BUFFER }));
         let mut accessor =
             json!({ "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": "VEC3" });
         if has_bounds {
@@ -80,7 +80,8 @@ impl Points {
         for row in 0..9 {
             let l = [0, 1, 1, 1, 2, 2, 2, 2, 2][row];
             let values: Vec<_> = light.rows[range.clone()].iter().map(|rows| rows[row]).collect();
-            attributes[format!("_SH_DEGREE_{l}_COEF_{}", row - l * l)] = self.attribute(&values, false).into();
+            attributes[format!("_SH_DEGREE_{l}_COEF_{}", row - l * l)] =
+                self.attribute(&values, false).into();
         }
         // Of the width of the others, because Blender before 5.1 cannot read a mixture of widths.
         let validity = light.valid[range].iter().map(|valid| [f32::from(u8::from(*valid)), 0.0, 0.0]);

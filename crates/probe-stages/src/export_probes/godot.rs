@@ -1,9 +1,10 @@
-//! Probes for Godot: `LightmapGIData` with tetrahedra and the tree that finds them, and a scene that shows it.
+//! Probes for Godot: `LightmapGIData` with tetrahedra and the tree that finds them, and a scene that shows
+//! it.
 //!
-//! Godot looks up one place for each object, in the tetrahedron that holds it. The eight probes of a cell lie on a
-//! sphere, so that a Delaunay triangulation is free to divide each cell as it likes: here into six tetrahedra
-//! along its diagonal (Kuhn), with a tree of planes along the axes, which Godot's own search for good planes
-//! does not find.
+//! Godot looks up one place for each object, in the tetrahedron that holds it. The eight probes of a cell lie
+//! on a sphere, so that a Delaunay triangulation is free to divide each cell as it likes: here into six
+//! tetrahedra along its diagonal (Kuhn), with a tree of planes along the axes, which Godot's own search for
+//! good planes does not find.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -58,9 +59,8 @@ pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<Vec<Option<V
     }
     files.resize(MOST_VOLUMES, None);
     let recipe = recipe.replace('\\', "\\\\").replace('"', "\\\"");
-    let root = |name: &str| {
-        format!("\n[node name=\"{name}\" type=\"Node3D\"]\nmetadata/specula = \"{recipe}\"\n")
-    };
+    let root =
+        |name: &str| format!("\n[node name=\"{name}\" type=\"Node3D\"]\nmetadata/specula = \"{recipe}\"\n");
     let mut places = format!("[gd_scene format=3]\n{}", root("Places"));
     for (index, place) in light.places.grid().iter().enumerate() {
         let [x, y, z] = OF_FILES.vector(*place).map(|x| x as f32);
@@ -152,7 +152,8 @@ impl Capture {
         let [least, most] = self.bounds;
         let [sx, sy, sz] = [0, 1, 2].map(|k| (most[k] - least[k]) as f32);
         let [x, y, z] = least.map(|x| x as f32);
-        let mut text = String::from("[gd_resource type=\"LightmapGIData\" format=3]\n\n[resource]\nprobe_data = {\n");
+        let mut text =
+            String::from("[gd_resource type=\"LightmapGIData\" format=3]\n\n[resource]\nprobe_data = {\n");
         writeln!(text, "\"baked_exposure\": 1.0,\n\"bounds\": AABB({x}, {y}, {z}, {sx}, {sy}, {sz}),")?;
         let words = |node: &Node| {
             let [x, y, z] = node.normal.map(|x| x.to_bits() as i32);
@@ -188,8 +189,8 @@ fn array(
     Ok(())
 }
 
-/// The six tetrahedra of each cell, x of cells fastest: from the least corner to the greatest, along the axes in
-/// one of [`ORDERS`].
+/// The six tetrahedra of each cell, x of cells fastest: from the least corner to the greatest, along the axes
+/// in one of [`ORDERS`].
 fn tetrahedra_of(cells: [usize; 3]) -> Vec<[usize; 4]> {
     let point = |at: [usize; 3]| (at[2] * (cells[1] + 1) + at[1]) * (cells[0] + 1) + at[0];
     let count = cells.iter().product();

@@ -56,7 +56,8 @@ fn file_name(index: usize) -> String {
 /// The files of some volumes with 16-bit or 32-bit numbers.
 ///
 /// # Errors
-/// If there are points or too many volumes, a texture is larger than those of devices, or a number has no half.
+/// If there are points or too many volumes, a texture is larger than those of devices, or a number has no
+/// half.
 pub(crate) fn files(
     light: &ProbeLight<'_>,
     precision: Precision,
@@ -199,7 +200,8 @@ mod tests {
                 });
                 let numbers: Vec<f64> = (0..7)
                     .flat_map(|part| {
-                        let z = (f64::from(part) * (nz as f64 + 2.0) + 1.5 + u[2]) / (7.0 * (nz as f64 + 2.0));
+                        let z =
+                            (f64::from(part) * (nz as f64 + 2.0) + 1.5 + u[2]) / (7.0 * (nz as f64 + 2.0));
                         let uvw = [(u[0] + 0.5) / nx as f64, (u[1] + 0.5) / ny as f64, z];
                         sample(&texels, [nx, ny, 7 * (nz + 2)], uvw)
                     })

@@ -54,7 +54,9 @@ impl<'a> ProbeLight<'a> {
             return Err(Failure::new(format!(
                 "{preset} loads grids, and {points} of the probes are scattered points"
             ))
-            .help("place volumes only, or export the points with preset = \"gltf\", \"unity\" or \"godot\""));
+            .help(
+                "place volumes only, or export the points with preset = \"gltf\", \"unity\" or \"godot\"",
+            ));
         }
         if volumes.len() > most {
             let message = format!("{preset} loads at most {most} volumes, and there are {}", volumes.len());
@@ -87,6 +89,7 @@ pub(crate) fn check_texture(sizes: [usize; 3], most: usize, of: &str) -> Result<
         return Ok(());
     }
     let [x, y, z] = sizes;
-    let message = format!("the texture of {of} has {x} x {y} x {z} texels, and engines have at most {most} a side");
+    let message =
+        format!("the texture of {of} has {x} x {y} x {z} texels, and engines have at most {most} a side");
     Err(Failure::new(message).help("place probes farther apart, or split the box"))
 }

@@ -1,8 +1,9 @@
 //! The transport of probes for programs that light them themselves: halves, and the JavaScript and WGSL that
 //! multiply them by a sky, by lamps and by emission.
 //!
-//! Columns are the sky in Specula's own convention, as `export-sh` writes it. Rows are in the axes of glTF files,
-//! so that what comes out needs no turning. What probes have from others is in their own matrix already.
+//! Columns are the sky in Specula's own convention, as `export-sh` writes it. Rows are in the axes of glTF
+//! files, so that what comes out needs no turning. What probes have from others is in their own matrix
+//! already.
 
 use containers::tensors::{ProbeLamps, ProbeTransport};
 use engine::Failure;
@@ -96,7 +97,9 @@ pub(crate) fn files(
     };
     let lit = lamps.map_or(&[][..], |lamps| &lamps.columns);
     let of_lamps = |probe: usize| {
-        from_columns(lit.len(), |lamp, index| lit[lamp].indirect.get(probe * 3 * rows + index).copied().unwrap_or(0.0))
+        from_columns(lit.len(), |lamp, index| {
+            lit[lamp].indirect.get(probe * 3 * rows + index).copied().unwrap_or(0.0)
+        })
     };
     let mut bytes = Vec::new();
     let mut section = |columns: usize, channels: usize, matrix: &dyn Fn(usize) -> Matrix| {
@@ -173,7 +176,8 @@ mod tests {
     /// The file times a sky and an emission is what the kernel lights, in the axes of files.
     #[test]
     fn the_file_times_a_sky_is_the_light() {
-        let volume = Volume::new("a".into(), [[0.0; 3], [2.0, 1.0, 3.0]], [2, 1, 3], Lattice::Centres).unwrap();
+        let volume =
+            Volume::new("a".into(), [[0.0; 3], [2.0, 1.0, 3.0]], [2, 1, 3], Lattice::Centres).unwrap();
         let (count, degree) = (7, Degree::new(3).unwrap());
         for channels in [1, 3] {
             let values = |length: usize, first: usize| (0..length).map(|k| noise(first + k)).collect();

@@ -160,8 +160,7 @@ mod tests {
                     least[axis] + (0.6 + 0.6 * noise(900 * axis + k)) * (most[axis] - least[axis])
                 });
                 let normal = direction(k);
-                let moved =
-                    [0, 1, 2].map(|axis| f64::from(at[axis]) + 0.5 * spacing[axis] * normal[axis]);
+                let moved = [0, 1, 2].map(|axis| f64::from(at[axis]) + 0.5 * spacing[axis] * normal[axis]);
                 let expected = exact(&blended(&volume, &rows, moved), normal);
                 let normal = OF_FILES.vector(normal.map(|x| x as f32));
                 for (has_cells, ends) in [(true, grid.box_of_centres()), (false, grid.box_of_corners())] {

@@ -1,5 +1,5 @@
-//! Probes for VRC Light Volumes: three textures of three dimensions a volume, and the editor script that makes
-//! them.
+//! Probes for VRC Light Volumes: three textures of three dimensions a volume, and the editor script that
+//! makes them.
 
 use half::f16;
 use serde::Serialize;
@@ -111,8 +111,8 @@ mod tests {
         if length > 0.0 && mean > 0.0 { slope.map(|x| x * (mean / length).min(1.13)) } else { slope }
     }
 
-    /// `LV_SampleVolume` and `LightVolumeEvaluate` of `LightVolumes.cginc`: what is shown is the irradiance of
-    /// degree 1, exactly.
+    /// `LV_SampleVolume` and `LightVolumeEvaluate` of `LightVolumes.cginc`: what is shown is the irradiance
+    /// of degree 1, exactly.
     #[test]
     fn the_shader_shows_degree_1() {
         let bounds = [[-1.0, 2.0, 0.5], [3.0, 5.0, 2.5]];
