@@ -104,7 +104,7 @@ function ofAxes( volume, { normal, sample } ) {
 const { browser, address, close } = await openBrowser( folder, chromium );
 try {
 
-	for ( const version of [ 'three', 'three186', 'three184' ] ) {
+	for ( const [ version, gpu ] of [ [ 'three', '' ], [ 'three', '&gpu' ], [ 'three186', '' ], [ 'three184', '' ] ] ) {
 
 		if ( ! fs.existsSync( `node_modules/${version}/examples/jsm/lighting/LightProbeGrid.js` ) ) {
 
@@ -116,7 +116,7 @@ try {
 		const page = await browser.newPage();
 		page.on( 'console', ( message ) => message.text().startsWith( 'THREE.' ) && console.error( message.text() ) );
 		page.on( 'pageerror', ( error ) => console.error( version, error ) );
-		await page.goto( `${address}/probes.html?three=${version}` );
+		await page.goto( `${address}/probes.html?three=${version}${gpu}` );
 		await page.waitForFunction( 'window.look', { timeout: 60000, polling: 200 } );
 		const reader = await page.evaluate( () => window.reader );
 		for ( const [ name, volume ] of Object.entries( cases ) ) {
