@@ -7,6 +7,7 @@ mod material;
 mod mesh;
 mod photograph;
 mod picture;
+mod probes;
 mod shader;
 mod texture;
 
@@ -312,6 +313,11 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.push(("frame", ENVIRONMENT_FRAME.into()));
             facts.extend(range("radiance", environment.pixels().iter().map(|pixel| pixel.map(f64::from))));
         }
+        "scene" => facts.extend(probes::scene(bytes)?),
+        "probe-places" => facts.extend(probes::places(&tensors::decode_probe_places(bytes)?)),
+        "probe-transport" => facts.extend(probes::transport(bytes)?),
+        "probe-lamps" => facts.extend(probes::lamps(bytes)?),
+        "probes" => facts.extend(probes::lit(bytes)?),
         "mesh" => facts.extend(mesh::size(&tensors::decode_mesh(bytes)?)),
         "shrm" => facts.extend(texture::reflection_map(bytes)?),
         "brdf-table" => {

@@ -4,22 +4,32 @@
 //! [stage.lamp-light]
 //! kind = "bake-lamps"
 //! inputs = { scene = "lamp-shapes", places = "places" }
-//!
-//! [stage.lamp-shapes]
-//! kind = "scene-part"
-//! input = "scene"
-//! part = "lamps"
 //! ```
 //!
 //! Each lamp of `KHR_lights_punctual` gets a column: the spherical harmonics of what arrives at each probe if its
 //! colour times its intensity is 1, apart for what it sends straight there, which is exact, and for what
 //! surfaces reflect. `light-probes` multiplies it by the lamp's colour and intensity: another colour, or a lamp
 //! that is switched off, traces no ray. For that, `scene` is connected to the part `lamps` of `scene-part`.
-//!
 //! The factors of `range` and of a spot's cone are those that the extension recommends.
 //!
-//! All lamps of a scene are one item. If one is moved, the item runs; in a running `watch` only the lamp that
-//! moved is traced, since the columns of the others are kept in memory. `lamps` chooses some by name: a lamp that
+//! ## Suns
+//!
+//! A sun that is blurred into a sky of degree 4 lights a courtyard from half of the sky. `project-sh` keeps suns
+//! beside the series of its lighting; connected to the port `lights`, each of them becomes a lamp of parallel
+//! light here, with sharp shadows: the width of its disk is not read. `light-probes` finds it by its direction
+//! and takes its irradiance from the lighting.
+//!
+//! ```toml
+//! [stage.suns-and-lamps]
+//! kind = "bake-lamps"
+//! inputs = { scene = "lamp-shapes", places = "places", lights = "sky" }
+//! ```
+//!
+//! ## What reruns
+//!
+//! All lamps of a scene are one item. If one is moved, or a lighting at `lights` changes, the item runs; in a
+//! running `watch` only the lamp that moved is traced, since the columns of the others are kept in memory.
+//! `lamps` chooses some by name: a lamp that
 //! is not baked is dark, and `light-probes` says so.
 //!
 //! `degree`, F, has to be that of the transport (`bake-probes`). The paths are as in `bake-probes`.
@@ -36,6 +46,7 @@ use stages::plugin::UntilStopped;
 use crate::baking::Baking;
 use crate::name_pattern::NamePattern;
 use crate::part_of_scene::check;
+use crate::suns;
 
 parameters! {
     /// Parameters of `bake-lamps`.
@@ -62,7 +73,11 @@ impl Kind for BakeLamps {
     const SLOW: bool = true;
 
     fn ports() -> Vec<Port> {
-        vec![Port::one::<artifacts::Scene>("scene"), Port::one::<artifacts::ProbePlaces>("places")]
+        vec![
+            Port::one::<artifacts::Scene>("scene"),
+            Port::one::<artifacts::ProbePlaces>("places"),
+            Port::one::<artifacts::Lighting>("lights").optional(),
+        ]
     }
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -87,14 +102,23 @@ impl Kind for BakeLamps {
             Some(patterns) => patterns.iter().any(|pattern| pattern.matches(&lamp.name)),
             None => true,
         };
-        let lamps: Vec<&Lamp> = all.iter().filter(is_chosen).collect();
-        if lamps.is_empty() {
+        let lights = context.inputs.optional::<artifacts::Lighting>("lights")?;
+        let suns: Vec<Lamp> = lights.iter().flat_map(|lighting| &lighting.0.lights).map(suns::lamp).collect();
+        if lights.is_some() && suns.is_empty() {
+            reporter.note(
+                "the lighting at port lights has no lights beside its series; project-sh keeps suns there with \
+                 lamps = \"separate\"",
+            );
+        }
+        let mut lamps: Vec<&Lamp> = all.iter().filter(is_chosen).collect();
+        if lamps.is_empty() && lights.is_none() {
             let names = all.iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>().join(", ");
             reporter.warn(match all.len() {
                 0 => "the scene has no lamps (KHR_lights_punctual)".to_owned(),
                 _ => format!("`lamps` chooses none of the scene's lamps: {names}"),
             });
         }
+        lamps.extend(&suns);
         let surfaces = Surfaces::new(&stored.scene);
         let steps = Steps::new(reporter, lamps.len() * places.len());
         let mut columns: Vec<LampColumns> = Vec::new();

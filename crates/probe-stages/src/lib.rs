@@ -18,6 +18,7 @@ mod part_of_scene;
 mod place_probes;
 mod probe_pattern;
 mod scene_part;
+mod suns;
 #[cfg(test)]
 mod testkit;
 

@@ -14,8 +14,9 @@
 //! `lighting`, the sky is black.
 //!
 //! The sky comes from `project-sh`, or is an environment, which is projected here. A sky of the degree O of the
-//! transport is exact; a note has the share of energy above it, which is left out. Lights that the lighting
-//! keeps beside its series become a part of it.
+//! transport is exact; a note has the share of energy above it, which is left out. A sun that the lighting keeps
+//! beside its series is a lamp if `bake-lamps` has the same lighting at its port `lights`; otherwise it is
+//! blurred into the series, and a note says so. `lamps-scale` does not touch it: its unit is that of the sky.
 //!
 //! | parameter | what |
 //! | --- | --- |
@@ -43,17 +44,21 @@ use std::f64::consts::PI;
 use containers::tensors::{self, ProbeLamps, ProbeTransport};
 use engine::{Artifact, Context, Failure, Inputs, Kind, Output, Port, Product, Reporter, choice, parameters};
 use probes::{LampColumns, LitProbes, Scene, SceneLighting, ScenePart};
-use sh::{Degree, Expansion, Transform, energy_per_degree, image_energy_of_rows};
+use sh::{Degree, Expansion, Light, Transform, energy_per_degree, image_energy_of_rows};
 use stages::artifacts;
 use stages::plugin::UntilStopped;
 
 use crate::baking::{listed, place_text};
 use crate::part_of_scene::check;
+use crate::suns;
 
 /// How many times the sky's irradiance lamps bring before a warning.
 const BRIGHT: f64 = 1000.0;
 /// The share of the sky's energy above which what is left out is noted.
 const NOTED: f64 = 1e-4;
+
+/// A lamp's columns, and its colour times its intensity.
+type LitLamp<'a> = (&'a LampColumns, [f64; 3]);
 
 choice! {
     /// What of a light counts.
@@ -132,7 +137,8 @@ impl Kind for LightProbes {
         if let Some(baked) = baked {
             check_lamps(baked, &context.inputs)?;
         }
-        let sky = sky(&context.inputs, transport.sky_degree(), reporter)?;
+        let (suns, blurred) = split_suns(&context.inputs, baked)?;
+        let sky = sky(&context.inputs, &blurred, transport.sky_degree(), reporter)?;
         let materials = &stored.scene.parts().materials;
         let radiance = |material: u32| {
             let emission = materials.get(material as usize).and_then(|material| material.emission);
@@ -140,7 +146,10 @@ impl Kind for LightProbes {
             radiance.map(|channel| f64::from(channel) * parameters.emission_scale)
         };
         let emission: Vec<[f64; 3]> = stored.scene.emitters().into_iter().map(radiance).collect();
-        let lamps = lamps(&stored.scene, baked, parameters.lamps_scale, reporter);
+        let mut lamps = lamps(&stored.scene, baked, parameters.lamps_scale, reporter);
+        // Suns have the unit of the sky, and are as bright as they are.
+        let of_scene = lamps.len();
+        lamps.extend(suns);
         let lighting = SceneLighting {
             sky: sky.as_ref(),
             emission: &emission,
@@ -150,7 +159,7 @@ impl Kind for LightProbes {
         };
         let light = LitProbes::new(places, transport, &lighting)?;
         reporter.check_cancelled()?;
-        let brightness = Brightness::of(transport, sky.as_ref(), &lamps);
+        let brightness = Brightness::of(transport, sky.as_ref(), &lamps[..of_scene]);
         brightness.report(parameters.lamps_scale, reporter);
         if sky.is_none() && emission.is_empty() && lamps.is_empty() {
             reporter.warn("nothing shines: there is no sky, no lamp and no emissive material");
@@ -181,8 +190,37 @@ fn check_lamps(lamps: &ProbeLamps, inputs: &Inputs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The sky up to the degree of a transport; `None` if there is none.
-fn sky(inputs: &Inputs, degree: Degree, reporter: &Reporter) -> Result<Option<Expansion>, Failure> {
+/// The lights beside a lighting's series: the columns and irradiances of those that were baked as lamps, and
+/// the others.
+fn split_suns<'a>(
+    inputs: &Inputs,
+    baked: Option<&'a ProbeLamps>,
+) -> Result<(Vec<LitLamp<'a>>, Vec<Light>), Failure> {
+    let (mut lit, mut blurred) = (Vec::new(), Vec::new());
+    if inputs.type_at("lighting") != Some(artifacts::Lighting::TYPE) {
+        return Ok((lit, blurred));
+    }
+    for light in &inputs.get::<artifacts::Lighting>("lighting")?.0.lights {
+        let name = suns::lamp(light).name;
+        let columns = baked.and_then(|baked| {
+            let own = baked.names.iter().position(|other| *other == name)?;
+            baked.columns.get(own)
+        });
+        match columns {
+            Some(columns) => lit.push((columns, light.irradiance)),
+            None => blurred.push(*light),
+        }
+    }
+    Ok((lit, blurred))
+}
+
+/// The sky up to the degree of a transport, with some lights in its series; `None` if there is none.
+fn sky(
+    inputs: &Inputs,
+    blurred: &[Light],
+    degree: Degree,
+    reporter: &Reporter,
+) -> Result<Option<Expansion>, Failure> {
     let left_out = |share: f64| {
         if share > NOTED {
             reporter.note(format!(
@@ -209,14 +247,16 @@ fn sky(inputs: &Inputs, degree: Degree, reporter: &Reporter) -> Result<Option<Ex
         }
         Some(_) => {
             let lighting = &inputs.get::<artifacts::Lighting>("lighting")?.0;
-            if !lighting.lights.is_empty() {
+            if !blurred.is_empty() {
                 reporter.note(format!(
-                    "{} lights beside the sky's series are blurred into it, up to degree {}",
-                    lighting.lights.len(),
+                    "{} lights beside the sky's series are blurred into it, up to degree {}; bake-lamps makes lamps \
+                     of them if its port lights has the same lighting",
+                    blurred.len(),
                     lighting.series.degree().get()
                 ));
             }
-            let series = lighting.whole();
+            let series = lighting.series.clone();
+            let series = sh::Lighting { series, lights: blurred.to_vec() }.whole();
             let energy: Vec<f64> = energy_per_degree(&series).iter().map(|rgb| rgb.iter().sum()).collect();
             let all: f64 = energy.iter().sum();
             let above: f64 = energy.iter().skip(degree.get() + 1).sum();
@@ -232,7 +272,7 @@ fn lamps<'a>(
     baked: Option<&'a ProbeLamps>,
     scale: f64,
     reporter: &Reporter,
-) -> Vec<(&'a LampColumns, [f64; 3])> {
+) -> Vec<LitLamp<'a>> {
     let Some(baked) = baked else {
         let count = scene.parts().lamps.len();
         if count > 0 {
@@ -268,11 +308,7 @@ struct Brightness {
 }
 
 impl Brightness {
-    fn of(
-        transport: &probes::Transport,
-        sky: Option<&Expansion>,
-        lamps: &[(&LampColumns, [f64; 3])],
-    ) -> Self {
+    fn of(transport: &probes::Transport, sky: Option<&Expansion>, lamps: &[LitLamp<'_>]) -> Self {
         let count = transport.len().max(1);
         let (rows, columns) = (transport.degree().rows(), transport.sky_degree().rows());
         let channels = transport.channels();
@@ -289,7 +325,7 @@ impl Brightness {
             };
             first.map(row).sum()
         });
-        let lamp = |(column, color): &(&LampColumns, [f64; 3])| {
+        let lamp = |(column, color): &LitLamp<'_>| {
             let all = [&column.direct, &column.indirect].map(|column| {
                 let first = column.chunks_exact(3 * rows);
                 let row = |t: &[f32]| (0..3).map(|k| f64::from(t[k]) * color[k]).sum::<f64>();

@@ -1,0 +1,65 @@
+//! Where probes stand, and what is said of repairs.
+
+use probes::Repair;
+use serde_json::json;
+use stages::artifacts::ProbePlaces;
+
+use crate::fixture::{case, part};
+use crate::room::Room;
+
+#[test]
+fn volumes_come_from_the_manifest_from_nodes_or_from_the_scene() {
+    let place = |room: &Room, parameters: &str| {
+        let scene = part(&room.scene(), "shape");
+        case("place-probes", parameters).input("scene", &*scene).run::<ProbePlaces>().unwrap()
+    };
+    let plain = Room::new();
+    let ran = place(&plain, "");
+    let volume = &ran.value.0.volumes()[0];
+    assert_eq!((volume.name.as_str(), volume.counts), ("scene", [4, 4, 3]));
+    assert_eq!(ran.notes[0], "48 probes in one box, the bounds of the scene");
+    let ran = place(
+        &plain,
+        "counts = [2, 3, 1]\npoints = [[0.5, 1.5, 1.75]]\nboxes = [{ from = [-1, -1, 1], to = [1, 1, 2] }]",
+    );
+    assert_eq!(ran.notes[0], "7 probes in a box of the manifest, 1 of them at points");
+    assert_eq!((ran.value.0.len(), ran.value.0.points()), (7, &[[0.5, 1.5, 1.75]][..]));
+    let boxed = plain.with(|json| {
+        json["nodes"][3]["extras"] = json!({ "specula_probes": 1 });
+    });
+    let ran = place(&boxed, "lattice = \"corners\"");
+    assert_eq!(
+        (ran.value.0.volumes()[0].counts, ran.notes[0].as_str()),
+        ([3; 3], "27 probes in a box of nodes")
+    );
+}
+
+#[test]
+fn repaired_probes_are_named_with_what_they_are_inside_of() {
+    let scene = Room::new().scene();
+    let ran = case("place-probes", "spacing = 0.5").input("scene", &*scene).run::<ProbePlaces>().unwrap();
+    let places = &ran.value.0;
+    let moved = places.repairs().iter().filter(|repair| **repair == Repair::Moved).count();
+    let filled = places.repairs().iter().filter(|repair| matches!(repair, Repair::Filled(_))).count();
+    // The crate's sides have 1.1 m: it holds 2 or 3 probes along each axis.
+    assert!((8..=27).contains(&(moved + filled)), "{moved} {filled}");
+    let note = ran.notes.iter().find(|note| note.contains("were moved")).unwrap();
+    assert!(note.starts_with(&format!("{moved} probes were moved: ")), "{note}");
+    assert!(note.contains("(scene [") && note.contains(" inside crate, material wood, moved 0."), "{note}");
+    assert_eq!(ran.warnings, [""; 0]);
+}
+
+/// A new albedo, emission or lamp leaves the places as they are, even if the whole scene is connected.
+#[test]
+fn albedo_and_light_have_no_part_in_places() {
+    let place = |room: &Room| {
+        let scene = room.scene();
+        case("place-probes", "").input("scene", &*scene).run::<ProbePlaces>().unwrap().bytes
+    };
+    let changed = Room::new().with(|json| {
+        json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.1, 0.2, 0.9, 1.0]);
+        json["materials"][2]["emissiveFactor"] = json!([0.1, 0.2, 0.9]);
+        json["nodes"][3]["translation"] = json!([0, 1, 0]);
+    });
+    assert!(place(&Room::new()) == place(&changed));
+}
