@@ -63,6 +63,9 @@ parameters! {
     }
 }
 
+/// The most probes of the pattern's own volume, each of which takes a quarter of a kilobyte.
+const MOST_PROBES: usize = 1 << 18;
+
 /// The kind `probe-pattern`.
 pub(crate) struct ProbePattern;
 
@@ -117,6 +120,12 @@ fn own_places(parameters: &Parameters) -> Result<ProbePlaces, Failure> {
     let counts = <[usize; 3]>::try_from(parameters.counts.as_slice())?;
     let volume = Volume::new("pattern".into(), bounds, counts, lattice)?;
     let count = volume.len();
+    if count > MOST_PROBES {
+        return Err(Failure::new(format!(
+            "{count} probes are too many for a pattern; expected at most {MOST_PROBES}"
+        ))
+        .help("lower `counts`"));
+    }
     let all_seen = (1 << neighbours().count()) - 1;
     let parts = PlacesParts {
         positions: (0..count).map(|index| volume.position(volume.cell(index))).collect(),

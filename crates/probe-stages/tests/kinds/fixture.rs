@@ -126,6 +126,18 @@ impl Case {
         })
     }
 
+    /// Runs it, a kind that exports: the contents of its files, and the notes.
+    pub(crate) fn files_of(&self) -> Result<(Vec<Option<Vec<u8>>>, Vec<String>), Failure> {
+        let configured = kinds().get(self.kind).unwrap().configure(&Table::parse(&self.parameters).unwrap());
+        let configured = configured.unwrap_or_else(|errors| panic!("{}: {errors:?}", self.kind));
+        let mut context = Context::new(&self.files).with_recipe("{\"a recipe\":1}".into());
+        for (port, handle) in &self.inputs {
+            context = context.with_input(port, vec![(ItemKey::default(), Arc::clone(handle))]);
+        }
+        let Output::Files(files) = configured.run(&context)? else { panic!("no files") };
+        Ok((files, context.reporter.notes()))
+    }
+
     /// Runs it and takes the artifact.
     pub(crate) fn artifact<T: Artifact + PartialEq>(&self) -> Arc<T> {
         self.run().unwrap_or_else(|failure| panic!("{}: {failure}", self.kind)).value
