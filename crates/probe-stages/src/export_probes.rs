@@ -247,7 +247,7 @@ impl Kind for ExportProbes {
 
     fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
         let is_transport = parameters.preset == ProbePreset::Transport;
-        let has = |port: &str, name: &str| types.iter().any(|input| *input == (port, name));
+        let has = |port: &str, name: &str| types.contains(&(port, name));
         let mut errors = Vec::new();
         if is_transport && has("probes", artifacts::Probes::TYPE) {
             errors

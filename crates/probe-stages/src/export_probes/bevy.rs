@@ -10,7 +10,7 @@ use containers::{Precision, Rounding, TexelEncoding, TexelFormat, Texture, read_
 use engine::Failure;
 
 use super::axes::{Grid, OF_FILES, Rows};
-use super::light::{LitVolume, ProbeLight, check_halves, check_texture};
+use super::light::{LitVolume, MaybeFiles, ProbeLight, check_halves, check_texture};
 
 /// The volumes that Bevy shows in a view, `MAX_VIEW_LIGHT_PROBES`.
 pub(crate) const MOST_VOLUMES: usize = 8;
@@ -47,7 +47,7 @@ pub(crate) fn files(
     light: &ProbeLight<'_>,
     is_shared_exponent: bool,
     recipe: &str,
-) -> Result<(Vec<Option<Vec<u8>>>, Loss), Failure> {
+) -> Result<(MaybeFiles, Loss), Failure> {
     let format = if is_shared_exponent { TexelFormat::Rgb9E5 } else { TexelFormat::from(Precision::Half) };
     let volumes = light.only_volumes("Bevy", MOST_VOLUMES)?;
     let (mut files, mut loss, mut spawned) = (Vec::new(), Loss::default(), String::new());

@@ -13,7 +13,7 @@ use engine::Failure;
 use probes::Lattice;
 
 use super::axes::{Grid, OF_FILES, Rows};
-use super::light::{LitVolume, ProbeLight};
+use super::light::{LitVolume, MaybeFiles, ProbeLight};
 
 /// The most volumes that are exported.
 const MOST_VOLUMES: usize = 32;
@@ -41,7 +41,7 @@ fn file_name(index: usize) -> String {
 ///
 /// # Errors
 /// If there are points, too many volumes, or too many probes in one.
-pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<Vec<Option<Vec<u8>>>, Failure> {
+pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<MaybeFiles, Failure> {
     let volumes = light.only_volumes("the light of Godot's preset", MOST_VOLUMES)?;
     let (mut files, mut nodes, mut resources) = (Vec::new(), String::new(), String::new());
     for (index, lit) in volumes.iter().enumerate() {

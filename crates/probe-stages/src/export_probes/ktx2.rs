@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::axes::{Grid, OF_FILES};
 use super::json::document;
-use super::light::{LitVolume, ProbeLight, check_halves, check_texture};
+use super::light::{LitVolume, MaybeFiles, ProbeLight, check_halves, check_texture};
 use super::packing::{PARTS, packed, stacked};
 
 /// The most volumes that are exported.
@@ -62,7 +62,7 @@ pub(crate) fn files(
     light: &ProbeLight<'_>,
     precision: Precision,
     recipe: &str,
-) -> Result<Vec<Option<Vec<u8>>>, Failure> {
+) -> Result<MaybeFiles, Failure> {
     let (mut files, mut volumes) = (Vec::new(), Vec::new());
     for (index, lit) in light.only_volumes("preset = \"ktx2\"", MOST_VOLUMES)?.iter().enumerate() {
         let grid = Grid::of(lit.volume, OF_FILES);

@@ -8,6 +8,9 @@ use super::axes::Rows;
 /// The largest half.
 pub(crate) const LARGEST_HALF: f32 = 65504.0;
 
+/// The contents of declared files; `None` for a file that is not written.
+pub(crate) type MaybeFiles = Vec<Option<Vec<u8>>>;
+
 /// The light of a volume.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LitVolume<'a> {
@@ -71,7 +74,7 @@ impl<'a> ProbeLight<'a> {
 /// # Errors
 /// The first number that has none, with what helps.
 pub(crate) fn check_halves(values: &[f32], of: &str, help: &str) -> Result<(), Failure> {
-    match values.iter().find(|value| !(value.abs() <= LARGEST_HALF)) {
+    match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST_HALF) {
         None => Ok(()),
         Some(value) => {
             let message = format!("{of} has light of {value}, and the largest half is {LARGEST_HALF}");

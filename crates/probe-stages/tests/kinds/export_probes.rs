@@ -6,7 +6,7 @@ use sh::{Basis, Degree, Expansion};
 use sphere::{DVec3, Direction};
 use stages::artifacts::Probes;
 
-use crate::fixture::{Case, case};
+use crate::fixture::{Case, ExportedContents, case};
 use crate::relighting::{Baked, sky};
 use crate::room::Room;
 
@@ -18,8 +18,8 @@ fn reflected(rows: &[[f64; 3]], normal: DVec3) -> [f64; 3] {
     [0, 1, 2].map(|channel| (0..9).map(|k| factor(k) * harmonics[k] * rows[k][channel]).sum())
 }
 
-/// The names of the files of an export, and their contents.
-fn files(case: &Case) -> Vec<Option<Vec<u8>>> {
+/// The contents of the files of an export.
+fn files(case: &Case) -> ExportedContents {
     case.files_of().unwrap_or_else(|failure| panic!("{failure}")).0
 }
 

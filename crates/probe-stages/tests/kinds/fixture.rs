@@ -35,6 +35,9 @@ impl Files for Memory {
     }
 }
 
+/// The contents of the declared files; `None` for a file that is not exported.
+pub(crate) type ExportedContents = Vec<Option<Vec<u8>>>;
+
 /// A kind with parameters and inputs, not yet run.
 pub(crate) struct Case {
     kind: &'static str,
@@ -127,7 +130,7 @@ impl Case {
     }
 
     /// Runs it, a kind that exports: the contents of its files, and the notes.
-    pub(crate) fn files_of(&self) -> Result<(Vec<Option<Vec<u8>>>, Vec<String>), Failure> {
+    pub(crate) fn files_of(&self) -> Result<(ExportedContents, Vec<String>), Failure> {
         let configured = kinds().get(self.kind).unwrap().configure(&Table::parse(&self.parameters).unwrap());
         let configured = configured.unwrap_or_else(|errors| panic!("{}: {errors:?}", self.kind));
         let mut context = Context::new(&self.files).with_recipe("{\"a recipe\":1}".into());
