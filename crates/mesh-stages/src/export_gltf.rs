@@ -250,7 +250,10 @@ impl Kind for ExportGltf {
             Port::one::<artifacts::Transfer>("transfer").optional(),
             Port::one::<artifacts::BrdfTable>("table").optional(),
             Port::one::<artifacts::VertexBlend>("blend").optional(),
-            Port::one::<artifacts::Lighting>("lighting").or::<artifacts::LightField>().optional(),
+            Port::one::<artifacts::Lighting>("lighting")
+                .or::<artifacts::LightField>()
+                .or::<artifacts::Probes>()
+                .optional(),
             Port::one::<artifacts::Environment>("environment").or::<artifacts::Lighting>().optional(),
         ]
     }
@@ -330,7 +333,7 @@ impl Kind for ExportGltf {
             }
             None => matte,
         };
-        let light = vertex_light(&context.inputs)?;
+        let light = vertex_light(&context.inputs, mesh)?;
         let texture = matrices(parameters, mesh, transfer, context.recipe())?;
         if transfer.is_some() && vectors.is_none() && light.is_none() && texture.is_none() {
             return Err(Failure::new("the transfer is not matte, so it has no vectors to write").help(

@@ -16,6 +16,7 @@ mod tabulate_brdf;
 mod transfer_texture;
 mod vertex_blend;
 mod vertex_coefficients;
+mod vertex_probes;
 mod viewer;
 
 use engine::Kinds;

@@ -21,7 +21,7 @@
 //! brushing (`brush-mesh` sets them). Light and table are truncated to the lower of their degrees.
 //!
 //! `lighting` is far away and the same for all vertices, or a `light-field`, which differs from place to
-//! place.
+//! place, or light probes (`light-probes`), of which those around a vertex are blended that see it.
 //!
 //! ## Lamps
 //!
@@ -70,6 +70,7 @@ use stages::artifacts;
 use stages::plugin::{Place, UntilStopped, Vector, WARNED_LOSS, blended_frames, report_loss};
 use transfer::{Frames, LightField, Occluders, StoredTransfer, Viewer, shade, shade_lights};
 
+use crate::vertex_probes::VertexProbes;
 use crate::viewer::{given_twice, viewer};
 
 choice! {
@@ -113,7 +114,9 @@ impl Kind for ShadeVertices {
         vec![
             Port::one::<artifacts::Mesh>("mesh"),
             Port::one::<artifacts::BrdfTable>("table"),
-            Port::one::<artifacts::Lighting>("lighting").or::<artifacts::LightField>(),
+            Port::one::<artifacts::Lighting>("lighting")
+                .or::<artifacts::LightField>()
+                .or::<artifacts::Probes>(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
             Port::one::<artifacts::VertexBlend>("blend").optional(),
             Port::one::<artifacts::Lighting>("lights").optional(),
@@ -154,7 +157,7 @@ impl Kind for ShadeVertices {
         if transfer.as_ref().is_some_and(|transfer| transfer.0.value.len() != frames.len()) {
             return Err(Failure::new("the transfer and the mesh have different numbers of vertices"));
         }
-        let (soft, lamps) = light(&context.inputs, material.is_some())?;
+        let (soft, lamps) = light(&context.inputs, &frames, material.is_some())?;
         let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
         note_cuts(reporter, table, transfer, &soft);
         let shaded = |soft: &Soft| shade_soft(&frames, table, viewer, transfer, soft);
@@ -213,6 +216,8 @@ enum Soft {
     Distant(Expansion),
     /// The light is blended at each vertex.
     Near(LightField),
+    /// The light is that of probes around each vertex, with light that is the same for all.
+    Probes(VertexProbes, Expansion),
 }
 
 impl Soft {
@@ -220,6 +225,7 @@ impl Soft {
         match self {
             Self::Distant(light) => light.degree(),
             Self::Near(field) => field.degree(),
+            Self::Probes(_, beside) => VertexProbes::degree().max(beside.degree()),
         }
     }
 
@@ -236,6 +242,7 @@ impl Soft {
         match self {
             Self::Distant(light) => Self::Distant(only(light)),
             Self::Near(field) => Self::Near(field.with_lights(only)),
+            Self::Probes(probes, beside) => Self::Probes(probes.only(l), only(beside)),
         }
     }
 }
@@ -308,12 +315,19 @@ impl Softened {
 }
 
 /// The series of all light, and the lamps beside it; with `apart` false they are in the series.
-fn light(inputs: &Inputs, apart: bool) -> Result<(Soft, Vec<Light>), Failure> {
+fn light(inputs: &Inputs, frames: &Frames, apart: bool) -> Result<(Soft, Vec<Light>), Failure> {
     let more = inputs.optional::<artifacts::Lighting>("lights")?;
     let taken = |lighting: Lighting| match apart {
         true => (lighting.series, lighting.lights),
         false => (lighting.whole(), Vec::new()),
     };
+    if inputs.type_at("lighting") == Some(artifacts::Probes::TYPE) {
+        let probes = &inputs.get::<artifacts::Probes>("lighting")?.0;
+        let probes = VertexProbes::of(probes, frames.positions(), |vertex| frames.normal(vertex))?;
+        let none = || (Expansion::zero(Degree::ZERO), Vec::new());
+        let (beside, lamps) = more.map_or_else(none, |more| taken(more.0.clone()));
+        return Ok((Soft::Probes(probes, beside), lamps));
+    }
     if inputs.type_at("lighting") == Some(artifacts::LightField::TYPE) {
         let field = inputs.get::<artifacts::LightField>("lighting")?.0.clone();
         let Some(more) = more else { return Ok((Soft::Near(field), Vec::new())) };
@@ -333,17 +347,25 @@ fn shade_soft(
     transfer: Option<&StoredTransfer>,
     soft: &Soft,
 ) -> Result<Vec<[f32; 3]>, Failure> {
-    let Some(transfer) = transfer else {
-        return Ok(match soft {
-            Soft::Distant(light) => shade(frames, table, viewer, light),
-            Soft::Near(field) => field.shade(frames, table, viewer),
-        });
+    let not_matte = |error| Failure::from(error).help("bake the transfer in another form");
+    let distant = |light: &Expansion| match transfer {
+        None => Ok(shade(frames, table, viewer, light)),
+        Some(transfer) => transfer.shade(frames, table, viewer, light).map_err(not_matte),
     };
-    let found = match soft {
-        Soft::Distant(light) => transfer.shade(frames, table, viewer, light),
-        Soft::Near(field) => field.shade_with_transfer(frames, table, viewer, transfer),
-    };
-    found.map_err(|error| Failure::from(error).help("bake the transfer in another form"))
+    match (soft, transfer) {
+        (Soft::Distant(light), _) => distant(light),
+        (Soft::Near(field), None) => Ok(field.shade(frames, table, viewer)),
+        (Soft::Near(field), Some(transfer)) => {
+            field.shade_with_transfer(frames, table, viewer, transfer).map_err(not_matte)
+        }
+        (Soft::Probes(probes, beside), _) => {
+            let mut sum = probes.under(distant)?;
+            if beside.coefficients().iter().any(|row| *row != [0.0; 3]) {
+                add(&mut sum, 1.0, &distant(beside)?);
+            }
+            Ok(sum)
+        }
+    }
 }
 
 /// Notes what of light and table is not used.

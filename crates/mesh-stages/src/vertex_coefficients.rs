@@ -9,6 +9,8 @@ use sh::{Degree, Expansion};
 use stages::artifacts;
 use transfer::{FixedView, Form, Frames, LightField, StoredTransfer, Viewer, arriving, turn_into_frames};
 
+use crate::vertex_probes::VertexProbes;
+
 /// The vectors of a matte transfer; `None` for another form.
 pub(crate) fn matte_vectors(transfer: &StoredTransfer) -> Option<Vec<VertexAttribute>> {
     let channels = transfer.channels().iter().map(|form| match form {
@@ -67,10 +69,17 @@ pub(crate) enum VertexLight {
     Distant(Expansion),
     /// The light is another at each place.
     Near(LightField),
+    /// The light is that of probes around each vertex.
+    Probes(VertexProbes),
 }
 
-/// The light that is connected as `lighting`.
-pub(crate) fn vertex_light(inputs: &Inputs) -> Result<Option<VertexLight>, Failure> {
+/// The light that is connected as `lighting`, for a mesh.
+pub(crate) fn vertex_light(inputs: &Inputs, mesh: &Mesh) -> Result<Option<VertexLight>, Failure> {
+    if inputs.type_at("lighting") == Some(artifacts::Probes::TYPE) {
+        let probes = &inputs.get::<artifacts::Probes>("lighting")?.0;
+        let probes = VertexProbes::of(probes, mesh.positions(), |vertex| mesh.normals()[vertex])?;
+        return Ok(Some(VertexLight::Probes(probes)));
+    }
     if inputs.type_at("lighting") == Some(artifacts::LightField::TYPE) {
         let field = inputs.get::<artifacts::LightField>("lighting")?;
         return Ok(Some(VertexLight::Near(field.0.clone())));
@@ -101,6 +110,13 @@ pub(crate) fn light_at_vertices(
             match light {
                 VertexLight::Distant(light) => arriving(&frames, &matrices, light),
                 VertexLight::Near(field) => field.arriving(&frames, &matrices),
+                VertexLight::Probes(probes) => {
+                    let arriving = |light: &Expansion| {
+                        let values = arriving(&frames, &matrices, light);
+                        Ok::<_, Failure>(values.as_chunks::<3>().0.to_vec())
+                    };
+                    probes.under(arriving)?.into_flattened()
+                }
             }
         }
         None => match light {
@@ -108,6 +124,10 @@ pub(crate) fn light_at_vertices(
             VertexLight::Near(field) => {
                 let at = |place: &[f32; 3]| numbers(&field.at(place.map(f64::from)));
                 mesh.positions().iter().flat_map(at).collect()
+            }
+            VertexLight::Probes(probes) => {
+                let kept = VertexProbes::degree().min(most).rows();
+                probes.rows().iter().flat_map(|rows| rows[..kept].as_flattened()).copied().collect()
             }
         },
     };

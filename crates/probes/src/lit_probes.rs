@@ -174,6 +174,27 @@ impl LitProbes {
         Some(self.blend(&weights, normal))
     }
 
+    /// The light that arrives at a point of a surface with a normal, blended as in
+    /// [`LitProbes::irradiance`]: row l l + l + m, RGB.
+    pub fn light_at(
+        &self,
+        places: &ProbePlaces,
+        point: [f32; 3],
+        normal: [f32; 3],
+    ) -> Option<[[f32; 3]; ROWS]> {
+        if places.len() != self.rows.len() {
+            return None;
+        }
+        let weights = corner_weights(places, Vec3::from(point), Vec3::from(normal))?;
+        let mut sum = [[0.0; 3]; ROWS];
+        for (probe, weight) in weights {
+            for (sum, row) in sum.iter_mut().zip(&self.rows[probe as usize]) {
+                (0..3).for_each(|channel| sum[channel] += weight * row[channel]);
+            }
+        }
+        Some(sum)
+    }
+
     /// The irradiance of some probes, each with a weight.
     fn blend(&self, weights: &[(u32, f32)], normal: Vec3) -> [f64; 3] {
         let degree = Degree::new(2).unwrap_or(Degree::ZERO);

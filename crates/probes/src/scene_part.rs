@@ -175,6 +175,9 @@ mod tests {
         .unwrap()
     }
 
+    /// What changes, and whether each of shape, surfaces and lamps stays as it was.
+    type Case<'a> = (&'a str, &'a dyn Fn(&mut SceneParts), [bool; 3]);
+
     #[test]
     fn a_part_lacks_what_its_reader_does_not_read() {
         let whole = scene();
@@ -189,8 +192,7 @@ mod tests {
             change(&mut parts);
             Scene::new(parts).unwrap().part(part) == whole.part(part)
         };
-        // What changes, and whether each of shape, surfaces and lamps stays as it was.
-        let cases: [(&str, &dyn Fn(&mut SceneParts), [bool; 3]); 9] = [
+        let cases: [Case<'_>; 9] = [
             ("a lamp's colour", &|parts| parts.lamps[0].color = [1.0; 3], [true, true, true]),
             ("a lamp's intensity", &|parts| parts.lamps[0].intensity = 0.0, [true, true, true]),
             ("a lamp's place", &|parts| parts.lamps[0].position[0] = 1.0, [true, true, false]),

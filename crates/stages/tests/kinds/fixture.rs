@@ -13,9 +13,9 @@ use sh::{Degree, Stop, Transform};
 use sphere::{DVec3, LatLong};
 use stages::artifacts;
 
-/// Every kind: those of this crate, and those for meshes.
+/// Every kind: those of this crate, and those for meshes and for light probes.
 pub(crate) fn kinds() -> Kinds {
-    mesh_stages::add_to(stages::kinds())
+    probe_stages::add_to(mesh_stages::add_to(stages::kinds()))
 }
 
 /// A path in memory; the engine gives items absolute ones.

@@ -1,4 +1,4 @@
-//! Runs every kind in memory, those of `mesh-stages` too, through the engine's own interface.
+//! Runs every kind in memory, those of `mesh-stages` and `probe-stages` too, through the engine's own interface.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, missing_docs)] // a test may panic
 
@@ -26,6 +26,7 @@ mod import_mesh;
 mod lamps_at_vertices;
 mod light_field;
 mod light_kept;
+mod light_probes;
 mod light_rig;
 mod list;
 mod own_materials;

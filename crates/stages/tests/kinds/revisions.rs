@@ -72,6 +72,12 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("sample-directions, product", 2, [700.00000000, 1074.29260420, 1165.13496194, -2.42051165, 9.20029112]),
     ("subtract-lights", 3, [24576.00000000, 17511.55947974, 17511.55947974, 1.71991093, -0.32013821]),
     ("export-light-rig", 1, [56.00000000, 310.99010542, 317.15413561, 6.97544114, -5.15714744]),
+    ("import-scene", 1, [66.00000000, 209.00000000, 241.40000004, 89.75610560, 15.74761971]),
+    ("scene-part", 1, [66.00000000, 209.00000000, 241.40000004, 89.75610560, 15.74761971]),
+    ("place-probes", 2, [521.00000000, 2884.76000287, 2974.57333492, -47.49465148, 46.99331715]),
+    ("bake-probes", 2, [47305.00000000, 4557.19666138, 7723.45553040, 148.94549800, 27.64529883]),
+    ("bake-lamps", 2, [3584.00000000, 84.31147286, 95.54885622, -0.24403033, 1.18023646]),
+    ("light-probes", 5, [2313.00000000, 3941.98378930, 4354.96640283, 57.92331386, 49.36856929]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
@@ -188,6 +194,12 @@ pub(crate) fn fixture(kind: &str) -> Case {
         "export-wavelets" => crate::wavelets::exported("count = 40"),
         "subtract-lights" => crate::light_rig::subtracted("most = 2"),
         "export-light-rig" => crate::light_rig::exported("format = \"gltf\""),
+        "import-scene" => crate::light_probes::import(),
+        "scene-part" => crate::light_probes::part("lamps"),
+        "place-probes" => crate::light_probes::places(),
+        "bake-probes" => crate::light_probes::bake("bake-probes", "surfaces"),
+        "bake-lamps" => crate::light_probes::bake("bake-lamps", "lamps"),
+        "light-probes" => crate::light_probes::lit(),
         other => panic!("give {other} a fixture here"),
     }
 }
@@ -269,7 +281,10 @@ fn numbers(case: &Case) -> Vec<f64> {
                 let numbers = vectors.into_iter().chain(more).flatten().map(|&number| f64::from(number));
                 numbers.chain(corners).collect()
             }
-            other => panic!("read the numbers of {other} here"),
+            other => match crate::light_probes::numbers(other, &bytes) {
+                Some(numbers) => numbers,
+                None => panic!("read the numbers of {other} here"),
+            },
         },
         (Output::Files(files), _) => files.iter().flatten().flat_map(|file| file_numbers(file)).collect(),
         _ => unreachable!("checked by the run"),
