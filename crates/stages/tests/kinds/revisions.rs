@@ -200,6 +200,8 @@ pub(crate) fn fixture(kind: &str) -> Case {
         "bake-probes" => crate::light_probes::bake("bake-probes", "surfaces"),
         "bake-lamps" => crate::light_probes::bake("bake-lamps", "lamps"),
         "light-probes" => crate::light_probes::lit(),
+        "probe-pattern" => crate::light_probes::pattern(),
+        "export-probes" => crate::light_probes::exported(),
         other => panic!("give {other} a fixture here"),
     }
 }
