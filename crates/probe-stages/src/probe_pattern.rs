@@ -3,13 +3,9 @@
 //! ```toml
 //! [stage.pattern]
 //! kind = "probe-pattern"
-//!
-//! [stage.pattern-files]
-//! kind = "export-probes"
-//! input = "pattern"
-//! preset = "three"
-//! path = "probe-pattern"
 //! ```
+//!
+//! `export-probes` writes it for an engine, and `specula test-pattern --probes` does so without a manifest.
 //!
 //! | `light` | what a white matte surface reflects at a place p with the normal n |
 //! | --- | --- |
