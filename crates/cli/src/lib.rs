@@ -68,8 +68,8 @@ use crate::command_error::CommandError;
 
 pub use crate::exit::Exit;
 
-/// Every kind of Specula: those of `stages`, then those of `mesh-stages` and of `probe-stages`, each in the order
-/// in which a pipeline uses them.
+/// Every kind of Specula: those of `stages`, then those of `mesh-stages` and of `probe-stages`, each in the
+/// order in which a pipeline uses them.
 pub fn kinds() -> Kinds {
     probe_stages::add_to(mesh_stages::add_to(stages::kinds()))
 }

@@ -117,7 +117,8 @@
 //! ## Light at the vertices
 //!
 //! `lighting` is written for each vertex in the frame of the mesh, not of the vertex, so that a shader can
-//! evaluate it with a normal or a reflection vector:
+//! evaluate it with a normal or a reflection vector. It may be that of light probes (`light-probes`), of
+//! which those around each vertex are blended that see it.
 //!
 //! - with a transfer of matrices (any form but `matte`): the light that reaches the vertex, with the
 //!   shadows of the mesh: T L rotated back to the mesh's frame;
@@ -239,7 +240,7 @@ impl Kind for ExportGltf {
 
     const NAME: &'static str = "export-gltf";
     const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = &[transfer::revisions::SHADING];
+    const KERNELS: &'static [u32] = &[transfer::revisions::SHADING, probes::revisions::BLEND];
     const TEXT: &'static str = include_str!("export_gltf.rs");
     const SHOWS_KEYS: bool = true;
 

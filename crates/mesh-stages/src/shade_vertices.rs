@@ -106,8 +106,12 @@ impl Kind for ShadeVertices {
 
     const NAME: &'static str = "shade-vertices";
     const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] =
-        &[transfer::revisions::SHADING, transfer::revisions::LIGHTS, brdf::revisions::MODELS];
+    const KERNELS: &'static [u32] = &[
+        transfer::revisions::SHADING,
+        transfer::revisions::LIGHTS,
+        brdf::revisions::MODELS,
+        probes::revisions::BLEND,
+    ];
     const TEXT: &'static str = include_str!("shade_vertices.rs");
 
     fn ports() -> Vec<Port> {

@@ -6,18 +6,18 @@
 //! inputs = { scene = "lamp-shapes", places = "places" }
 //! ```
 //!
-//! Each lamp of `KHR_lights_punctual` gets a column: the spherical harmonics of what arrives at each probe if its
-//! colour times its intensity is 1, apart for what it sends straight there, which is exact, and for what
-//! surfaces reflect. `light-probes` multiplies it by the lamp's colour and intensity: another colour, or a lamp
-//! that is switched off, traces no ray. For that, `scene` is connected to the part `lamps` of `scene-part`.
-//! The factors of `range` and of a spot's cone are those that the extension recommends.
+//! Each lamp of `KHR_lights_punctual` gets a column: the spherical harmonics of what arrives at each probe
+//! if its colour times its intensity is 1, apart for what it sends straight there, which is exact, and for
+//! what surfaces reflect. `light-probes` multiplies it by the lamp's colour and intensity: another colour,
+//! or a lamp that is switched off, traces no ray. For that, `scene` is connected to the part `lamps` of
+//! `scene-part`. The factors of `range` and of a spot's cone are those that the extension recommends.
 //!
 //! ## Suns
 //!
-//! A sun that is blurred into a sky of degree 4 lights a courtyard from half of the sky. `project-sh` keeps suns
-//! beside the series of its lighting; connected to the port `lights`, each of them becomes a lamp of parallel
-//! light here, with sharp shadows: the width of its disk is not read. `light-probes` finds it by its direction
-//! and takes its irradiance from the lighting.
+//! A sun that is blurred into a sky of degree 4 lights a courtyard from half of the sky. `project-sh` keeps
+//! suns beside the series of its lighting; connected to the port `lights`, each of them becomes a lamp of
+//! parallel light here, with sharp shadows: the width of its disk is not read. `light-probes` finds it by
+//! its direction and takes its irradiance from the lighting.
 //!
 //! ```toml
 //! [stage.suns-and-lamps]

@@ -1,5 +1,5 @@
-//! The kinds of stage for light where there is no surface: a scene, the places of probes in it, the transport of
-//! light to them, their light, and its files for engines.
+//! The kinds of stage for light where there is no surface: a scene, the places of probes in it, the
+//! transport of light to them, their light, and its files for engines.
 //!
 //! One file per kind, as in `stages`, whose list they join as a studio's own kinds do. Of `stages` they use
 //! nothing but what every studio is promised in docs/plugins.md: [`stages::artifacts`] and
@@ -11,6 +11,7 @@ mod bake_lamps;
 mod bake_probes;
 mod baking;
 mod export_probes;
+mod ground;
 mod import_scene;
 mod light_probes;
 mod name_pattern;

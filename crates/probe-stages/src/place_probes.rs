@@ -15,15 +15,16 @@
 //! ```
 //!
 //! The volumes are `boxes` of the manifest, in Specula's frame (+Z up, metres), or else the boxes of the
-//! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box, the bounds of the
-//! scene; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or `counts` along
-//! x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187 and Bevy have them)
-//! or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single probes beside them.
+//! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box, the bounds of
+//! the scene; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
+//! `counts` along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187
+//! and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single
+//! probes beside them.
 //!
 //! ## Repairs
 //!
-//! A probe in a wall is black, and makes what is near it black, or leaks light from the other side. Each probe
-//! looks around in 256 directions:
+//! A probe in a wall is black, and makes what is near it black, or leaks light from the other side. Each
+//! probe looks around in 256 directions:
 //!
 //! | what | when | then |
 //! | --- | --- | --- |
@@ -32,15 +33,15 @@
 //! | filled | it cannot be moved | it has the mean light of valid neighbours that reach it without crossing geometry, by distance, from up to 3 probes away; never from both sides of a wall |
 //! | lost | no neighbour reaches it | it has the light of the nearest valid probe of its volume, and a warning lists it |
 //!
-//! A sheet, such as a floor of one side, is not a solid: a probe below it is dark, not wrong. Notes name the
-//! probes that were repaired, by their number and their place in the grid, and the node and the material that
-//! they were inside of. If all probes of a box are inside of something, the item fails and names the node whose
-//! backs they see: often the winding of a room is turned.
+//! A sheet, such as a floor of one side, is not a solid: a probe below it is dark, not wrong. Notes name
+//! the probes that were repaired, by their number and their place in the grid, and the node and the
+//! material that they were inside of. If all probes of a box are inside of something, the item fails and
+//! names the node whose backs they see: often the winding of a room is turned.
 //!
-//! The result also has which of its 26 neighbours each probe sees, and how far it sees in each direction, with
-//! which light is blended later. Albedo, emission and lamps have no part in it: connect the part `shape` of
-//! `scene-part`, and a change of these does not even run this stage. Connected to the whole scene it runs, but
-//! its result stays the same, and nothing after it runs.
+//! The result also has which of its 26 neighbours each probe sees, and how far it sees in each direction,
+//! with which light is blended later. Albedo, emission and lamps have no part in it: connect the part
+//! `shape` of `scene-part`, and a change of these does not even run this stage. Connected to the whole
+//! scene it runs, but its result stays the same, so that it makes nothing else run.
 
 use engine::serde_json::{self, json};
 use engine::{

@@ -49,4 +49,5 @@ pub use volume::{Lattice, MOST_ALONG, MOST_PROBES, Volume, VolumeError, neighbou
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::bake::REVISION as PROBES;
+    pub use crate::lit_probes::REVISION as BLEND;
 }

@@ -40,8 +40,8 @@ pub struct TransportParts {
 }
 
 impl Transport {
-    /// A transport of its parts; `None` if their lengths do not belong together, the degree of what arrives is
-    /// below 2, or there are not 1 or 3 channels.
+    /// A transport of its parts; `None` if their lengths do not belong together, the degree of what arrives
+    /// is below 2, or there are not 1 or 3 channels.
     pub fn from_parts(parts: TransportParts) -> Option<Self> {
         let TransportParts { degree, sky_degree, channels, emitters, sky, direct, indirect, paths, errors } =
             parts;

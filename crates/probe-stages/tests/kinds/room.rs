@@ -7,8 +7,8 @@ use stages::artifacts;
 
 use crate::fixture::{Case, case};
 
-/// The corners of the cube from 0 to 1, and its faces, counter-clockwise as seen from outside: bottom, top and
-/// the four sides.
+/// The corners of the cube from 0 to 1, and its faces, counter-clockwise as seen from outside: bottom, top
+/// and the four sides.
 const FACES: [[[f32; 3]; 4]; 6] = [
     [[0., 0., 0.], [1., 0., 0.], [1., 0., 1.], [0., 0., 1.]],
     [[0., 1., 0.], [0., 1., 1.], [1., 1., 1.], [1., 1., 0.]],

@@ -1,4 +1,5 @@
-//! Runs every kind in memory, those of `mesh-stages` and `probe-stages` too, through the engine's own interface.
+//! Runs every kind in memory, those of `mesh-stages` and `probe-stages` too, through the engine's own
+//! interface.
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, missing_docs)] // a test may panic
 

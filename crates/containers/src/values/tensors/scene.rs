@@ -103,10 +103,11 @@ enum LampKindEntry {
     Directional,
 }
 
-/// A scene of T triangles in Specula's frame, in metres: `triangles` [T, 3, 3] f32, `material_of` \[T\] u32,
-/// `attributes` [A, 3, 10] f32 (RGBA, and the coordinates of the base colour, the emission and the metallic
-/// share), `attributes_of` \[T\] u32 (4294967295 for none), and `texture0` [height, width, 4] u16, ... , linear.
-/// The metadata have the lists `materials`, `lamps`, `nodes` and `boxes` in JSON, `part` and `surfaces`.
+/// A scene of T triangles in Specula's frame, in metres: `triangles` [T, 3, 3] f32, `material_of` \[T\]
+/// u32, `attributes` [A, 3, 10] f32 (RGBA, and the coordinates of the base colour, the emission and the
+/// metallic share), `attributes_of` \[T\] u32 (4294967295 for none), and `texture0` [height, width, 4] u16,
+/// ... , linear. The metadata have the lists `materials`, `lamps`, `nodes` and `boxes` in JSON, `part` and
+/// `surfaces`.
 pub fn encode_scene(stored: &StoredScene, recipe: Option<&str>) -> Vec<u8> {
     let SceneParts {
         triangles,
