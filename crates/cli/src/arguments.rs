@@ -449,7 +449,7 @@ pub(crate) struct TestPatternArguments {
     /// Texels along the edge of a face, or rows of a lat-long image [default: 64]
     #[arg(long, short, value_name = "N")]
     pub(crate) resolution: Option<u32>,
-    /// Write a volume of light probes, for a preset of `specula stages export-probes`, instead of light from afar
+    /// Write a volume of light probes, for a preset of the kind export-probes
     #[arg(long, conflicts_with = "resolution")]
     pub(crate) probes: bool,
 }

@@ -20,7 +20,8 @@ pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exi
     let mut manifest = String::from("schema = 1\n");
     manifest += match probes {
         true => {
-            "[stage.light]\nkind = \"probe-pattern\"\n[stage.pattern]\nkind = \"export-probes\"\ninput = \"light\"\n"
+            "[stage.light]\nkind = \"probe-pattern\"\n\
+             [stage.pattern]\nkind = \"export-probes\"\ninput = \"light\"\n"
         }
         false => "[stage.pattern]\nkind = \"test-pattern\"\n",
     };

@@ -350,8 +350,8 @@ fn note_overlaps(light: &ProbeLight<'_>, mut note: impl FnMut(String)) {
             let own = |volume: &probes::Volume| [0, 1, 2].map(|k| [volume.bounds[0][k], volume.bounds[1][k]]);
             if meet(grown(one), grown(other)) && !meet(own(one), own(other)) {
                 note(format!(
-                    "{} and {} overlap in three.js 187, whose boxes end half a spacing beyond the outer probes; \
-                     lattice = \"centres\" keeps them apart",
+                    "{} and {} overlap in three.js 187, whose boxes end half a spacing beyond the outer \
+                     probes; lattice = \"centres\" keeps them apart",
                     one.name, other.name
                 ));
             }

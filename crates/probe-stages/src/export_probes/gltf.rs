@@ -7,8 +7,8 @@ use super::axes::OF_FILES;
 use super::light::ProbeLight;
 
 /// The description of the coefficients in the file.
-const BASIS: &str = "radiance; real orthonormal spherical harmonics without Condon-Shortley phase, row l*l + l + m, of the \
-                     directions (x, y, z) = (z, x, y) of this file: +Z is up";
+const BASIS: &str = "radiance; real orthonormal spherical harmonics without Condon-Shortley phase, row l*l + \
+                     l + m, of the directions (x, y, z) = (z, x, y) of this file: +Z is up";
 
 /// The primitive mode of points, the component type of 32-bit floats and the target of vertices.
 const POINTS: u32 = 0;

@@ -54,7 +54,8 @@ pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<MaybeFiles, 
         )?;
         writeln!(
             nodes,
-            "\n[node name=\"Volume{index}\" type=\"LightmapGI\" parent=\".\"]\nlight_data = ExtResource(\"{index}\")"
+            "\n[node name=\"Volume{index}\" type=\"LightmapGI\" parent=\".\"]\n\
+             light_data = ExtResource(\"{index}\")"
         )?;
     }
     files.resize(MOST_VOLUMES, None);

@@ -124,7 +124,7 @@ pub(crate) fn files(
     let names = lamps.map_or_else(Vec::new, |lamps| lamps.names.clone());
     let file = File {
         format: "specula probe transport 1",
-        frame: "columns: Specula's own convention, +Z up; rows: right-handed, +Y up, the axes of the glTF file",
+        frame: "columns: Specula's own convention, +Z up; rows: right-handed, +Y up, axes of the glTF file",
         scale: "radiance, orthonormal harmonics without Condon-Shortley phase",
         numbers: "transport.bin",
         probes,
