@@ -278,3 +278,16 @@ fn the_schemas_are_printed_and_a_new_project_names_them() {
     }
     assert_eq!(named, 3);
 }
+
+#[test]
+fn exported_probes_are_what_their_schema_says() {
+    let project = Project::assets_alone();
+    let schema = Schema::new(&serde_json::from_str(&project.ok(&["schema", "probes"]).stdout).unwrap());
+    project.ok(&["test-pattern", "--probes", "--preset", "ktx2", "out"]);
+    let text = fs::read_to_string(project.path("out/probes.json")).unwrap();
+    let mut probes: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(schema.errors(&probes), Vec::<String>::new());
+    assert!(project.path("out/volume-0.ktx2").exists() && !project.path("out/volume-1.ktx2").exists());
+    probes["volumes"][0]["lattice"] = "hexagons".into();
+    assert!(!schema.accepts(&probes));
+}

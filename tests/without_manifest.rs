@@ -217,6 +217,19 @@ fn a_test_pattern_is_written_for_each_engine() {
         let found: Vec<_> = files_below(&project.path(preset)).into_keys().collect();
         assert_eq!(found[..3], *files, "{found:?}");
     }
+    for (preset, files) in [
+        ("three", &["README.txt", "probes.bin", "probes.js", "probes.json"][..]),
+        ("bevy", &["README.txt", "light_probes.rs", "volume-0.ktx2"]),
+        ("godot", &["README.txt", "light_probes.tscn", "places.tscn", "volume-0.tres"]),
+        ("unity", &["README.txt", "SpeculaLightProbes.cs", "probes.json"]),
+        ("vrc-light-volumes", &["README.txt", "SpeculaLightVolumes.cs", "volumes.bytes", "volumes.json"]),
+        ("gltf", &["probes.glb"]),
+    ] {
+        let folder = format!("probes-{preset}");
+        project.ok(&["test-pattern", "--probes", "--preset", preset, &folder]);
+        let found: Vec<_> = files_below(&project.path(&folder)).into_keys().collect();
+        assert_eq!(found, *files);
+    }
     let run = project.specula(&["test-pattern", "--preset", "quake", "out"]);
     assert_eq!(run.code, Some(2));
     assert!(run.stderr.contains("\"quake\" is not \"three\" or \"filament\""), "{}", run.stderr);

@@ -3,7 +3,7 @@
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
 # The layout of pages is measured in a browser, pages.mjs, and a live page compared with stills, page.mjs, also when it is
 # served, live.mjs, with textures, textured.mjs, and in Firefox, firefox.mjs. Skies are shown there, sky.html, meshes are
-# relit, relight.html, and compact maps are drawn with, three.html and babylon.html; screenshots lie in
+# relit, relight.html, light probes read back, probes.html, and compact maps are drawn with, three.html and babylon.html; screenshots lie in
 # target/readers/files/relight and taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian (install.sh).
@@ -87,6 +87,11 @@ else
 fi
 "$specula" -C relight build >relight/build.log 2>&1 || { cat relight/build.log; exit 1; }
 
+# Patterns of light probes.
+mkdir -p probes
+cp "$here/probes.toml" probes/pipeline.toml
+"$specula" -C probes build >probes/build.log 2>&1 || { cat probes/build.log; exit 1; }
+
 # Skies of engines, as the command without a manifest writes them.
 "$specula" test-pattern --preset blender pattern >/dev/null 2>&1
 for engine in three babylon filament; do
@@ -140,6 +145,7 @@ if [ -d node_modules/three ]; then
     else
         node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
         node "$here/relight.mjs" files/relight "$chromium" "$here/../../docs/relighting.md" >> results || echo "relight.mjs	ended early	WRONG" >> results
+        node "$here/probes.mjs" files/probes "$chromium" >> results || echo "probes.mjs	ended early	WRONG" >> results
         node "$here/pages.mjs" files "$chromium" >> results || echo "pages.mjs	ended early	WRONG" >> results
         node "$here/page.mjs" files "$chromium" >> results || echo "page.mjs	ended early	WRONG" >> results
         node "$here/textured.mjs" files "$chromium" "$specula" >> results || echo "textured.mjs	ended early	WRONG" >> results

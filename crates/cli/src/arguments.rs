@@ -449,6 +449,9 @@ pub(crate) struct TestPatternArguments {
     /// Texels along the edge of a face, or rows of a lat-long image [default: 64]
     #[arg(long, short, value_name = "N")]
     pub(crate) resolution: Option<u32>,
+    /// Write a volume of light probes, for a preset of the kind export-probes
+    #[arg(long, conflicts_with = "resolution")]
+    pub(crate) probes: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -534,4 +537,6 @@ pub(crate) enum SchemaSubject {
     Material,
     /// The lines of `--json`
     Events,
+    /// Light probes: `probes.json` of export-probes with preset = "ktx2"
+    Probes,
 }

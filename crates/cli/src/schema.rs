@@ -1,4 +1,4 @@
-//! `specula schema`: the JSON Schemas of manifests, material files and events.
+//! `specula schema`: the JSON Schemas of manifests, material files, events and light probes.
 
 use engine::{EventLine, Kinds};
 
@@ -16,6 +16,7 @@ pub(crate) fn text(subject: SchemaSubject, kinds: &Kinds) -> String {
         SchemaSubject::Pipeline => kinds.schema(),
         SchemaSubject::Material => stages::material_schema(),
         SchemaSubject::Events => EventLine::schema(),
+        SchemaSubject::Probes => probe_stages::probes_schema(),
     };
     format!("{schema:#}\n")
 }

@@ -15,10 +15,17 @@ const OPTIONS: [StageOption; 3] = [
 ];
 
 pub(crate) fn run(arguments: &TestPatternArguments, kinds: &Kinds) -> Result<Exit, CommandError> {
-    let TestPatternArguments { output, preset, format, resolution } = arguments;
+    let TestPatternArguments { output, preset, format, resolution, probes } = arguments;
     let text = |key: &str, value: &str| format!("{key} = {}\n", toml::Value::from(value));
-    let mut manifest =
-        "schema = 1\n[stage.pattern]\nkind = \"test-pattern\"\npath = \"pattern\"\n".to_owned();
+    let mut manifest = String::from("schema = 1\n");
+    manifest += match probes {
+        true => {
+            "[stage.light]\nkind = \"probe-pattern\"\n\
+             [stage.pattern]\nkind = \"export-probes\"\ninput = \"light\"\n"
+        }
+        false => "[stage.pattern]\nkind = \"test-pattern\"\n",
+    };
+    manifest += "path = \"pattern\"\n";
     manifest += &text("preset", preset);
     manifest += &format.as_ref().map_or_else(String::new, |format| text("format", format));
     manifest += &resolution.map_or_else(String::new, |resolution| format!("resolution = {resolution}\n"));

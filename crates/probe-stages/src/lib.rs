@@ -10,14 +10,18 @@
 mod bake_lamps;
 mod bake_probes;
 mod baking;
+mod export_probes;
 mod ground;
 mod import_scene;
 mod light_probes;
 mod name_pattern;
 mod part_of_scene;
 mod place_probes;
+mod probe_pattern;
 mod scene_part;
 mod suns;
+#[cfg(test)]
+mod testkit;
 
 use engine::Kinds;
 
@@ -34,4 +38,11 @@ pub fn add_to(kinds: Kinds) -> Kinds {
         .with(bake_probes::BakeProbes)
         .with(bake_lamps::BakeLamps)
         .with(light_probes::LightProbes)
+        .with(probe_pattern::ProbePattern)
+        .with(export_probes::ExportProbes)
+}
+
+/// The JSON Schema of `probes.json`, which `export-probes` writes with `preset = "ktx2"`.
+pub fn probes_schema() -> engine::serde_json::Value {
+    export_probes::schema()
 }

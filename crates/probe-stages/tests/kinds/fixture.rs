@@ -35,6 +35,9 @@ impl Files for Memory {
     }
 }
 
+/// The contents of the declared files; `None` for a file that is not exported.
+pub(crate) type ExportedContents = Vec<Option<Vec<u8>>>;
+
 /// A kind with parameters and inputs, not yet run.
 pub(crate) struct Case {
     kind: &'static str,
@@ -124,6 +127,18 @@ impl Case {
             warnings: context.reporter.warnings(),
             reads: context.files.reads().iter().map(|read| read.path.display().to_string()).collect(),
         })
+    }
+
+    /// Runs it, a kind that exports: the contents of its files, and the notes.
+    pub(crate) fn files_of(&self) -> Result<(ExportedContents, Vec<String>), Failure> {
+        let configured = kinds().get(self.kind).unwrap().configure(&Table::parse(&self.parameters).unwrap());
+        let configured = configured.unwrap_or_else(|errors| panic!("{}: {errors:?}", self.kind));
+        let mut context = Context::new(&self.files).with_recipe("{\"a recipe\":1}".into());
+        for (port, handle) in &self.inputs {
+            context = context.with_input(port, vec![(ItemKey::default(), Arc::clone(handle))]);
+        }
+        let Output::Files(files) = configured.run(&context)? else { panic!("no files") };
+        Ok((files, context.reporter.notes()))
     }
 
     /// Runs it and takes the artifact.

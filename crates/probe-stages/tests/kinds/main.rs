@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod bad_input;
+mod export_probes;
 mod fixture;
 mod import_scene;
 mod place_probes;

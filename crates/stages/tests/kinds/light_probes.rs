@@ -72,6 +72,15 @@ pub(crate) fn lit() -> Case {
         .input::<Lighting>("lighting", sky_lighting())
 }
 
+pub(crate) fn pattern() -> Case {
+    case("probe-pattern", "light = \"noise\"\ncounts = [3, 2, 2]")
+}
+
+pub(crate) fn exported() -> Case {
+    let pattern: Arc<Probes> = pattern().artifact();
+    case("export-probes", "preset = \"ktx2\"\nscale = 1.5").input("probes", (*pattern).clone())
+}
+
 /// Every number of an artifact, tensor by tensor in the order of their names.
 pub(crate) fn numbers(type_name: &str, bytes: &[u8]) -> Option<Vec<f64>> {
     use safetensors::tensor::Dtype;

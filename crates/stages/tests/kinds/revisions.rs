@@ -78,6 +78,8 @@ const TABLE: &[(&str, u32, [f64; 5])] = &[
     ("bake-probes", 2, [47305.00000000, 4557.19666138, 7723.45553040, 148.94549800, 27.64529883]),
     ("bake-lamps", 2, [3584.00000000, 84.31147286, 95.54885622, -0.24403033, 1.18023646]),
     ("light-probes", 5, [2313.00000000, 3941.98378930, 4354.96640283, 57.92331386, 49.36856929]),
+    ("probe-pattern", 1, [441.00000000, 858.07860208, 952.00660682, -38.72261105, -29.46942826]),
+    ("export-probes", 1, [435.00000000, 380.96325111, 505.28138810, 6.25396898, -8.58996561]),
     ("export-sh", 2, [29.00000000, 7.45000000, 7.45000002, -3.15827626, 1.72448820]),
 ];
 
@@ -200,6 +202,8 @@ pub(crate) fn fixture(kind: &str) -> Case {
         "bake-probes" => crate::light_probes::bake("bake-probes", "surfaces"),
         "bake-lamps" => crate::light_probes::bake("bake-lamps", "lamps"),
         "light-probes" => crate::light_probes::lit(),
+        "probe-pattern" => crate::light_probes::pattern(),
+        "export-probes" => crate::light_probes::exported(),
         other => panic!("give {other} a fixture here"),
     }
 }
