@@ -42,7 +42,7 @@ fn file_name(index: usize) -> String {
 /// # Errors
 /// If there are points, too many volumes, or too many probes in one.
 pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<MaybeFiles, Failure> {
-    let volumes = light.only_volumes("the light of Godot's preset", MOST_VOLUMES)?;
+    let volumes = light.only_volumes("preset = \"godot\"", MOST_VOLUMES)?;
     let (mut files, mut nodes, mut resources) = (Vec::new(), String::new(), String::new());
     for (index, lit) in volumes.iter().enumerate() {
         let capture = Capture::new(lit)?;

@@ -57,9 +57,7 @@ impl<'a> ProbeLight<'a> {
             return Err(Failure::new(format!(
                 "{preset} loads grids, and {points} of the probes are scattered points"
             ))
-            .help(
-                "place volumes only, or export the points with preset = \"gltf\", \"unity\" or \"godot\"",
-            ));
+            .help("place volumes only, or export the points with preset = \"gltf\" or \"unity\""));
         }
         if volumes.len() > most {
             let message = format!("{preset} loads at most {most} volumes, and there are {}", volumes.len());
