@@ -187,6 +187,30 @@ fn the_sampling_example_builds() {
 }
 
 #[test]
+fn the_probes_example_lights_one_bake_by_each_sky() {
+    let project = Project::new("schema = 1\n");
+    let example = "examples/probes";
+    copy_folder(&root().join(example).join("skies"), &project.path(&format!("{example}/skies")));
+    fs::copy(root().join(example).join("room.glb"), project.path(&format!("{example}/room.glb"))).unwrap();
+    let manifest = fs::read_to_string(root().join(example).join("pipeline.toml")).unwrap();
+    assert!(manifest.contains("spacing = 0.4\n"), "{manifest}");
+    let manifest = manifest.replace("spacing = 0.4\n", "spacing = 0.8\n");
+    project.write(&format!("{example}/pipeline.toml"), &manifest);
+    let first = ran(&project.events(&["-C", example]));
+    assert_eq!([first["transport"], first["probes"]], [1, 3], "{first:?}");
+    let outputs = files_below(&project.path("examples/probes/out"));
+    for hour in ["morning", "noon", "evening"] {
+        for name in ["probes.bin", "probes.js", "sky.json"] {
+            assert!(outputs.contains_key(&format!("{hour}/{name}")), "{:?}", outputs.keys());
+        }
+    }
+    let night = "[[light]]\ndirection = [0, 0, 1]\nangular_radius = 90.0\nradiance = 0.01\n";
+    project.write(&format!("{example}/skies/night.toml"), night);
+    let second = ran(&project.events(&["-C", example]));
+    assert_eq!([second.get("transport"), second.get("probes")], [None, Some(&1)], "{second:?}");
+}
+
+#[test]
 fn a_changed_material_runs_only_what_depends_on_it() {
     let project = Project::small();
     project.ok(&["build"]);

@@ -4,7 +4,7 @@
 //! `assets/environments/sky.exr` is a clear sky whose sun is smaller than a texel, so a truncated series
 //! rings and windows matter; `studio.exr` a dark room with softboxes and coloured rim lights.
 //! `assets/meshes/knot.glb` is a knot that casts shadows on itself. `examples/brushed` has a head and a
-//! teapot. The same bytes are written on every run.
+//! teapot, `examples/probes` a room. The same bytes are written on every run.
 
 #![allow(clippy::disallowed_methods)] // it may compute with std
 
@@ -12,6 +12,7 @@ mod glb;
 mod head;
 mod knot;
 mod noise;
+mod room;
 mod sky;
 mod solid;
 mod studio;
@@ -56,6 +57,7 @@ pub(crate) fn files() -> Result<Vec<File>, Box<dyn Error>> {
         ("meshes/knot.glb", knot::glb_of_knot()),
         ("../examples/brushed/meshes/head.glb", head::glb_of_head()),
         ("../examples/brushed/meshes/teapot.glb", teapot::glb_of_teapot()),
+        ("../examples/probes/room.glb", room::glb_of_room()),
     ];
     encoded.chain(meshes.map(Ok)).collect()
 }
