@@ -28,7 +28,7 @@
 //! ## What reruns
 //!
 //! All lamps of a scene are one item. If one is moved, or a lighting at `lights` changes, the item runs; in a
-//! running `watch` only the lamp that moved is traced, since the columns of the others are kept in memory.
+//! running `watch` only the lamp that moved is traced, as long as memory for the columns of the others lasts.
 //! `lamps` chooses some by name: a lamp that is not baked is dark, and `light-probes` says so.
 //!
 //! `degree`, F, has to be that of the transport (`bake-probes`). The paths are as in `bake-probes`.

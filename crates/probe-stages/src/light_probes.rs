@@ -15,10 +15,10 @@
 //! `lighting`, the sky is black.
 //!
 //! The sky comes from `project-sh`, or is an environment, which is projected here. A sky of the degree O of
-//! the transport is exact; a note has the share of energy above it, which is left out. A sun that the
-//! lighting keeps beside its series is a lamp if `bake-lamps` has the same lighting at its port `lights`;
-//! otherwise it is blurred into the series, and a note says so. `lamps-scale` does not touch it: its unit
-//! is that of the sky.
+//! the transport is exact; unless `ground` replaces a part of it, a note has the share of energy above it,
+//! which is left out. A sun that the lighting keeps beside its series is a lamp if `bake-lamps` has the same
+//! lighting at its port `lights`; otherwise it is blurred into the series, and a note says so. `lamps-scale`
+//! does not touch it: its unit is that of the sky.
 //!
 //! `ground` replaces what is below the horizon of the sky: many photographs and analytic skies have nothing
 //! useful there. With an albedo it is a plain that reflects the irradiance of the upper half; suns that are
@@ -168,6 +168,15 @@ impl Kind for LightProbes {
             is_windowed: parameters.window == WindowName::NonNegative,
         };
         let light = LitProbes::new(places, transport, &lighting)?;
+        if let Some(probe) =
+            light.rows().iter().position(|rows| !rows.as_flattened().iter().all(|x| x.is_finite()))
+        {
+            return Err(Failure::new(format!(
+                "the light of probe {} is above the largest number of single precision",
+                place_text(places, probe)
+            ))
+            .help("lower `lamps-scale` or `emission-scale`, or import the sky with a lower exposure"));
+        }
         reporter.check_cancelled()?;
         let brightness = Brightness::of(transport, sky.as_ref(), &lamps[..of_scene]);
         brightness.report(parameters.lamps_scale, reporter);

@@ -16,10 +16,10 @@
 //!
 //! The volumes are `boxes` of the manifest, in Specula's frame (+Z up, metres), or else the boxes of the
 //! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box around the scene,
-//! which reaches a fifth of the spacing beyond it; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
-//! `counts` along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187
-//! and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single
-//! probes beside them.
+//! which reaches a fifth of the spacing beyond it; a note says which. Each has a regular grid of probes:
+//! about `spacing` metres apart, or `counts` along x, y and z. They stand in the middle of cells (`lattice =
+//! "centres"`, as three.js 0.187 and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to
+//! 0.186). `points` are single probes beside them.
 //!
 //! ## Repairs
 //!

@@ -206,7 +206,8 @@ pub(crate) fn lamps_past(
         let level =
             lamp[2][0] as usize + chosen_level(lamps.elements[1], lamp[2][1], radius, centre, mirrored);
         let [place, count, ..] = lamps.elements[level].map(|value| value as usize);
-        (pairs.clear(), shares.clear());
+        pairs.clear();
+        shares.clear();
         for [x, y, z, share] in &lamps.elements[place..place + count] {
             let direction = Vec3::new(*x, *y, *z);
             if !sees(direction) {

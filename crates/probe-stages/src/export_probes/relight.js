@@ -39,7 +39,7 @@ export class ProbeTransport {
 		this.columns = file.sky.columns;
 		/** The names of the lamps, in the order of their colours. */
 		this.lamps = file.lamps.names ?? [];
-		/** The number of emissive materials, in the order of the glTF file. */
+		/** The number of emissive materials that the scene uses, in the order of the glTF file. */
 		this.emitters = file.emission.columns;
 		const section = ( { columns, channels, offset } ) => {
 

@@ -165,3 +165,22 @@ fn what_does_not_belong_together_is_refused() {
         case("light-probes", "").input("transport", &*baked.transport).input("scene", &*surfaces).failure();
     assert!(failure.ends_with("connect the stage of import-scene itself"), "{failure}");
 }
+
+#[test]
+fn light_above_the_largest_number_is_refused() {
+    let bright = Baked::of(
+        &Room::new().with(|json| {
+            json["extensions"]["KHR_lights_punctual"]["lights"][0]["intensity"] = json!(1e35);
+        }),
+        "paths = 16",
+    );
+    for window in ["none", "non-negative"] {
+        let failure = case("light-probes", &format!("lamps-scale = 1e9\nwindow = \"{window}\""))
+            .input("transport", &*bright.transport)
+            .input("lamps", &*bright.lamps)
+            .input("scene", &*bright.scene)
+            .failure();
+        assert!(failure.starts_with("the light of probe "), "{failure}");
+        assert!(failure.contains("lower `lamps-scale` or `emission-scale`"), "{failure}");
+    }
+}

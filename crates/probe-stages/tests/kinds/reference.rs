@@ -91,7 +91,7 @@ fn light_at_probes_is_that_of_the_reference() {
     }
 }
 
-/// The dark room sees nothing of the sky, and the other nothing of the lamp.
+/// The dark room sees nothing of the sky.
 #[test]
 fn a_wall_of_2_cm_is_dark_behind() {
     const TEST: &str = "a_wall_of_2_cm_is_dark_behind";
