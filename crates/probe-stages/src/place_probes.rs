@@ -15,11 +15,11 @@
 //! ```
 //!
 //! The volumes are `boxes` of the manifest, in Specula's frame (+Z up, metres), or else the boxes of the
-//! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box around the scene,
-//! which reaches a fifth of the spacing beyond it; a note says which. Each has a regular grid of probes:
-//! about `spacing` metres apart, or `counts` along x, y and z. They stand in the middle of cells (`lattice =
-//! "centres"`, as three.js 0.187 and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to
-//! 0.186). `points` are single probes beside them.
+//! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box, the bounds of
+//! the scene; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
+//! `counts` along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187
+//! and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single
+//! probes beside them.
 //!
 //! ## Repairs
 //!
@@ -145,7 +145,7 @@ parameters! {
         counts: Option<Counts> = None,
         /// Where the probes of a volume stand.
         lattice: LatticeName = LatticeName::Centres,
-        /// The volumes. Default: the boxes of the scene's nodes or, without any, one around the scene.
+        /// The volumes. Default: the boxes of the scene's nodes or, without any, the bounds of the scene.
         boxes: Vec<ProbeBox> = Vec::new(),
         /// Single probes, in metres.
         points: Vec<Place> = Vec::new(),
@@ -154,10 +154,6 @@ parameters! {
 
 /// The distance between probes if none is given, in metres.
 const SPACING: f64 = 1.0;
-
-/// How far the box around a scene reaches beyond it, as a share of the distance between probes: engines light
-/// nothing at the very end of a box.
-const MARGIN: f32 = 0.2;
 
 /// The kind `place-probes`.
 pub(crate) struct PlaceProbes;
@@ -243,19 +239,6 @@ fn name_of(index: usize, own: &BoxParameters) -> String {
 }
 
 impl Parameters {
-    /// A box that is larger than these bounds by a share of the distance between probes.
-    fn around(&self, [from, to]: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
-        let margin = [0, 1, 2].map(|axis| {
-            let cell = match self.counts {
-                Some(Counts(counts)) => (to[axis] - from[axis]) / counts[axis].max(1) as f32,
-                None => self.spacing.unwrap_or(SPACING) as f32,
-            };
-            MARGIN * cell
-        });
-        let axes = [0, 1, 2];
-        [axes.map(|axis| from[axis] - margin[axis]), axes.map(|axis| to[axis] + margin[axis])]
-    }
-
     fn volume(&self, name: String, bounds: [[f32; 3]; 2]) -> Result<Volume, probes::VolumeError> {
         let lattice = match self.lattice {
             LatticeName::Centres => Lattice::Centres,
@@ -278,7 +261,7 @@ impl Parameters {
         } else if !scene.parts().boxes.is_empty() {
             (of_nodes().collect(), format!("{} of nodes", boxes_text(scene.parts().boxes.len())))
         } else if self.points.is_empty() {
-            (vec![("scene".to_owned(), self.around(scene.bounds()))], "one box around the scene".into())
+            (vec![("scene".to_owned(), scene.bounds())], "one box, the bounds of the scene".into())
         } else {
             (Vec::new(), "no box".into())
         };
