@@ -44,7 +44,7 @@ use stages::plugin::UntilStopped;
 
 use crate::baking::Baking;
 use crate::name_pattern::NamePattern;
-use crate::part_of_scene::check;
+use crate::scene_port::check;
 use crate::suns;
 
 parameters! {

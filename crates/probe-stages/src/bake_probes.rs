@@ -51,7 +51,7 @@ use stages::artifacts;
 use stages::plugin::{UntilStopped, size};
 
 use crate::baking::Baking;
-use crate::part_of_scene::check;
+use crate::scene_port::check;
 
 /// The bytes of the largest transport, in 32-bit numbers.
 const MOST_BYTES: usize = 4 << 30;

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use engine::serde_json::{self, json};
 use engine::{Diagnostic, Parameter, Value, ValueKind, unexpected};
+use sh::quadrature::gauss_legendre;
 use sh::{Basis, Degree, Expansion};
 use sphere::{DVec3, Direction, LatLong};
 
@@ -78,9 +79,10 @@ pub(crate) fn under_series(sky: &Expansion, albedo: [f64; 3], degree: Degree) ->
     let (mut in_sky, mut found) = (vec![0.0; (own + 1) * (own + 1)], vec![0.0; degree.rows()]);
     let (mut above, mut below) = (vec![[0.0; 3]; degree.rows()], vec![0.0; degree.rows()]);
     let mut irradiance = [0.0; 3];
-    for (node, weight) in gauss(nodes) {
+    let (angles, weights) = gauss_legendre(nodes);
+    for (angle, weight) in angles.into_iter().zip(weights) {
         // From -1 to 1 to the heights from 0 to 1.
-        let (z, weight) = (0.5 * (node + 1.0), 0.5 * weight * 2.0 * PI / columns as f64);
+        let (z, weight) = (0.5 * (math::cos(angle) + 1.0), 0.5 * weight * 2.0 * PI / columns as f64);
         let radius = (1.0 - z * z).max(0.0).sqrt();
         for column in 0..columns {
             let phi = 2.0 * PI * column as f64 / columns as f64;
@@ -106,42 +108,12 @@ pub(crate) fn under_series(sky: &Expansion, albedo: [f64; 3], degree: Degree) ->
     Expansion::from_coefficients(degree, rows).unwrap_or_else(|| Expansion::zero(degree))
 }
 
-/// The nodes and weights of Gauss' rule from -1 to 1, by Newton's method from the estimate of their angles.
-fn gauss(count: usize) -> impl Iterator<Item = (f64, f64)> {
-    let n = count as f64;
-    (0..count).map(move |k| {
-        let mut z = math::cos(PI * (k as f64 + 0.75) / (n + 0.5));
-        let mut slope = 1.0;
-        for _ in 0..8 {
-            let (mut last, mut value) = (1.0, z);
-            for l in 1..count {
-                let l = l as f64;
-                (last, value) = (value, ((2.0 * l + 1.0) * z * value - l * last) / (l + 1.0));
-            }
-            slope = n * (last - z * value) / (1.0 - z * z);
-            z -= value / slope;
-        }
-        (z, 2.0 / ((1.0 - z * z) * slope * slope))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn degree(l: usize) -> Degree {
         Degree::new(l).unwrap()
-    }
-
-    #[test]
-    fn gauss_rule_integrates_polynomials() {
-        for count in [2, 3, 8, 20] {
-            for power in 0..2 * count as i32 {
-                let found: f64 = gauss(count).map(|(z, weight)| weight * z.powi(power)).sum();
-                let expected = if power % 2 == 0 { 2.0 / f64::from(power + 1) } else { 0.0 };
-                assert!((found - expected).abs() < 1e-13, "{count} {power}: {found}");
-            }
-        }
     }
 
     /// Under a sky of 1 the ground has its albedo: half of the sphere each.

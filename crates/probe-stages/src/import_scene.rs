@@ -48,7 +48,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, pa
 use stages::artifacts;
 
 use crate::name_pattern::NamePattern;
-use crate::part_of_scene::whole;
+use crate::scene_port::whole;
 
 choice! {
     /// What metals reflect.

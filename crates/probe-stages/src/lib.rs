@@ -15,10 +15,10 @@ mod ground;
 mod import_scene;
 mod light_probes;
 mod name_pattern;
-mod part_of_scene;
 mod place_probes;
 mod probe_pattern;
 mod scene_part;
+mod scene_port;
 mod suns;
 #[cfg(test)]
 mod testkit;

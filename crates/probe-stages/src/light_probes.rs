@@ -56,7 +56,7 @@ use stages::plugin::UntilStopped;
 
 use crate::baking::{listed, place_text};
 use crate::ground::{Ground, under_image, under_series};
-use crate::part_of_scene::check;
+use crate::scene_port::check;
 use crate::suns;
 
 /// How many times the sky's irradiance lamps bring before a warning.

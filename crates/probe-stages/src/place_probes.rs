@@ -53,7 +53,7 @@ use stages::artifacts;
 use stages::plugin::{Place, UntilStopped};
 
 use crate::baking::{listed, place_text};
-use crate::part_of_scene::check;
+use crate::scene_port::check;
 
 /// The most probes that are placed: each takes more than a kilobyte of memory until it is repaired.
 const MOST_PLACED: usize = 1 << 21;

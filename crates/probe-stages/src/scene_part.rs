@@ -26,7 +26,7 @@ use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, pa
 use probes::ScenePart;
 use stages::artifacts;
 
-use crate::part_of_scene::check;
+use crate::scene_port::check;
 
 choice! {
     /// A part of a scene.

@@ -83,7 +83,7 @@ impl Points {
             attributes[format!("_SH_DEGREE_{l}_COEF_{}", row - l * l)] =
                 self.attribute(&values, false).into();
         }
-        // Of the width of the others, because Blender before 5.1 cannot read a mixture of widths.
+        // Validity has three numbers, as all attributes have: Blender before 5.1 cannot read a mixture.
         let validity = light.valid[range].iter().map(|valid| [f32::from(u8::from(*valid)), 0.0, 0.0]);
         let validity: Vec<_> = validity.collect();
         attributes["_VALIDITY"] = self.attribute(&validity, false).into();
