@@ -5,7 +5,7 @@ import fs from 'fs';
 /** The pixels of a picture along an edge, and of the stills around it (page.toml). */
 export const SIZE = 200;
 const MARGIN = 16, GAP = 12;
-export const MODES = [ 'taps', 'local-shrm', 'cabral', 'kautz-mccool', 'prefiltered', 'irradiance', 'mirror' ];
+export const MODES = [ 'taps', 'local-shrm', 'cabral', 'kautz-mccool', 'prefiltered', 'table', 'irradiance', 'mirror' ];
 const NEAR = 3, SHARE = 0.99;
 
 const round = ( degrees ) => ( degrees * Math.PI / 180 ).toFixed( 4 );

@@ -15,6 +15,8 @@ pub enum Form {
     KautzMcCool,
     /// One reflection map, the mean over all views.
     Plain,
+    /// The BRDF table.
+    Table,
     /// A white diffuse surface.
     Irradiance,
     /// A perfect mirror.
@@ -23,12 +25,13 @@ pub enum Form {
 
 impl Form {
     /// All forms.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Compact,
         Self::Shrm,
         Self::Cabral,
         Self::KautzMcCool,
         Self::Plain,
+        Self::Table,
         Self::Irradiance,
         Self::Mirror,
     ];
@@ -41,6 +44,7 @@ impl Form {
             Self::Cabral => Mode::Cabral,
             Self::KautzMcCool => Mode::KautzMcCool,
             Self::Plain => Mode::Prefiltered,
+            Self::Table => Mode::Table,
             Self::Irradiance => Mode::Irradiance,
             Self::Mirror => Mode::Mirror,
         }
@@ -54,6 +58,7 @@ impl Form {
             Self::Cabral => "Cabral's maps",
             Self::KautzMcCool => "Kautz-McCool",
             Self::Plain => "Plain reflection map",
+            Self::Table => "BRDF table",
             Self::Irradiance => "Matte white",
             Self::Mirror => "Perfect mirror",
         }
@@ -67,12 +72,12 @@ impl Form {
             Self::Cabral => Some("export-cabral"),
             Self::KautzMcCool => Some("export-kautz-mccool"),
             Self::Plain => Some("export-reflection-map"),
-            Self::Irradiance | Self::Mirror => None,
+            Self::Table | Self::Irradiance | Self::Mirror => None,
         }
     }
 
     /// Whether it shows the material.
     pub fn shows_material(self) -> bool {
-        self.exporter().is_some()
+        !matches!(self, Self::Irradiance | Self::Mirror)
     }
 }

@@ -14,8 +14,11 @@ mod texture;
 
 use std::collections::BTreeSet;
 
+use brdf::BrdfTable;
 use envmap::CubeMap;
+use sh::Expansion;
 use taps::{AnyTable, Language, LookUp, Source, atlas_picture, facet_texels, table_texels};
+use transfer::quarter_turns;
 
 pub use self::base_color::WebBaseColor;
 use self::elements::{Elements, Place};
@@ -29,6 +32,7 @@ use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
+use crate::shading::table::TableUniforms;
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
 /// The vertex shader of meshes.
@@ -50,8 +54,9 @@ pub(crate) fn fragment(mode: Mode) -> Option<&'static str> {
         Mode::Irradiance => include_str!("web/irradiance.frag.glsl"),
         Mode::Mirror => include_str!("web/mirror.frag.glsl"),
         Mode::Taps => include_str!("web/taps.frag.glsl"),
+        Mode::Table => include_str!("web/table.frag.glsl"),
         Mode::GlobalShrm | Mode::BruteForce | Mode::ShadowedBruteForce => return None,
-        Mode::Table | Mode::Transfer | Mode::Samples => return None,
+        Mode::Transfer | Mode::Samples => return None,
     })
 }
 
@@ -113,6 +118,10 @@ impl WebView {
                 Self { textures: vec![rows], cost: Cost { fetches: 9, lights: 0 }, ..Self::default() }
             }
             Mode::Taps => Self::taps(look.compact_map()?)?,
+            Mode::Table => match look.table().filter(|_| shows_table(look)) {
+                Some(table) => Self::table(table, look.table_light()),
+                None => return Ok(None),
+            },
             mode => match LayeredMap::of(look, mode)? {
                 Some(map) => Self::layers(&map, mode),
                 None => return Ok(None),
@@ -124,6 +133,11 @@ impl WebView {
             let constants = Harmonics::new(degree).constants();
             let constants: Vec<_> = constants.iter().map(|[a, b]| [*a, *b, 0.0, 0.0]).collect();
             shader = view.holding(Elements::Vectors(&constants), &shader, "harmonics_constants");
+        }
+        if let (Mode::Table, Some(table)) = (mode, look.table()) {
+            let (light, quarter_turns) = table_elements(table, look.table_light());
+            shader = view.holding(Elements::Vectors(&light), &shader, "table_light");
+            shader = view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns");
         }
         let lamps = match mode {
             Mode::Taps => Some(PackedLamps::beside(look.compact_map()?)),
@@ -212,6 +226,42 @@ impl WebView {
         Ok(Self { textures, cost: Cost { fetches, lights: 0 }, ..Self::default() })
     }
 
+    /// The map of a BRDF table, as web/table.wgsl reads it.
+    fn table(table: &BrdfTable, light: &Expansion) -> Self {
+        let (size, rows, channels) = (table.size(), table.degree().rows(), table.channels());
+        let values = table.values();
+        let views = size * size;
+        let is_grey = channels == 1;
+        let layers = if is_grey { rows.div_ceil(4) } else { rows };
+        let texel = |layer: usize, view: usize| {
+            let of = &values[view * rows * channels..][..rows * channels];
+            let components =
+                if is_grey { &of[4 * layer..rows.min(4 * layer + 4)] } else { &of[3 * layer..][..3] };
+            let mut texel = [0.0; 4];
+            texel[..components.len()].copy_from_slice(components);
+            texel
+        };
+        let texels = (0..layers).flat_map(|layer| (0..views).map(move |view| (layer, view)));
+        let texture = WebTexture {
+            name: "table_map",
+            size: [size, size, layers],
+            is_array: true,
+            is_linear: true,
+            texels: WebTexels::Halves(texels.map(|(layer, view)| texel(layer, view)).collect()),
+        };
+        let known = light.degree().min(table.degree()).rows();
+        let of = TableUniforms::new(table, known);
+        let uniforms = vec![
+            ("table_uniforms.rows", f64::from(of.rows)),
+            ("table_uniforms.channels", f64::from(of.channels)),
+            ("table_uniforms.mirrored", f64::from(of.mirrored)),
+            ("table_uniforms.light_rows", f64::from(of.light_rows)),
+        ];
+        // Four texels around the view, of each coefficient.
+        let cost = Cost { fetches: 4 * known, lights: 0 };
+        Self { textures: vec![texture], uniforms, cost, ..Self::default() }
+    }
+
     fn layers(map: &LayeredMap<'_>, mode: Mode) -> Self {
         let of = &map.properties;
         let edge = of.edge as usize;
@@ -241,6 +291,20 @@ impl WebView {
         let cost = Cost { fetches: 4 * cubes, lights: 0 };
         Self { textures: vec![texture], uniforms, cost, ..Self::default() }
     }
+}
+
+/// Whether a page can draw the BRDF table of a look: that of one material under distant light.
+pub fn shows_table(look: &Look) -> bool {
+    look.light_field().is_none() && look.table().is_some_and(|table| table.count() == 1)
+}
+
+/// The coefficients of the light, and the turns of its bands, as far as a table has them.
+fn table_elements(table: &BrdfTable, light: &Expansion) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
+    let degree = light.degree().min(table.degree());
+    let row = |[r, g, b]: &[f64; 3]| [*r as f32, *g as f32, *b as f32, 0.0];
+    let light = light.coefficients().iter().take(degree.rows()).map(row).collect();
+    let turn = |[there, back]: [f32; 2]| [there, back, 0.0, 0.0];
+    (light, quarter_turns(degree).into_iter().map(turn).collect())
 }
 
 /// The shader of taps with the look-up of a compact map.

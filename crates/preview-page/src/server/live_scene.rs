@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use brdf::BaseColorTexture;
 use parking_lot::Mutex;
-use preview::web::{Cost, WebBaseColor, WebView};
+use preview::web::{Cost, WebBaseColor, WebView, shows_table};
 use preview::{Export, Light, Look, Object, RenderError, Scene, Subject, SubjectDetails};
 use serde_json::json;
 use sh::Stop;
@@ -47,7 +47,8 @@ impl LiveScene {
 
     /// Whether a page can draw a form.
     fn shows(&self, form: Form) -> bool {
-        self.scene.offers(form.mode()) || self.is_estimate(form)
+        let can = |object: &Object| form != Form::Table || shows_table(&object.look);
+        self.scene.offers(form.mode()) && self.scene.objects.iter().all(can) || self.is_estimate(form)
     }
 
     /// Whether a form is estimated: an SHRM, if all materials are known and no form shows all of them.

@@ -29,9 +29,10 @@ const TEXTURED: &str = include_str!("textured.wgsl");
 const SHADE: &str = include_str!("shade.wgsl");
 const UPDATE: &str = include_str!("update.wgsl");
 const DEVELOP_PASS: &str = include_str!("develop.wgsl");
-const TURNED_LIGHT: &str = include_str!("../shading/turned_light.wgsl");
+pub(super) const TURNED_LIGHT: &str = include_str!("../shading/turned_light.wgsl");
 const SHADED: &str = include_str!("shaded.wgsl");
-const TABLE: &str = include_str!("../shading/table.wgsl");
+pub(super) const TABLE: &str = include_str!("../shading/table.wgsl");
+const TABLE_BUFFERS: &str = include_str!("../shading/table_buffers.wgsl");
 const PRESENT: &str = include_str!("present.wgsl");
 const SURFACE: &str = include_str!("../shading/surface.wgsl");
 const ANGLES: &str = include_str!("../shading/angles.wgsl");
@@ -343,7 +344,7 @@ fn coloured_source() -> String {
 }
 
 fn shaded_source() -> String {
-    [RASTER, TURNED_LIGHT, TABLE, SHADED].concat()
+    [RASTER, TURNED_LIGHT, TABLE, TABLE_BUFFERS, SHADED].concat()
 }
 
 /// The models that the shader of a mode looks at.

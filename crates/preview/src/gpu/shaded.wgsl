@@ -59,5 +59,6 @@ fn shaded_fragment(@builtin(front_facing) front: bool, at: ShadedVertex) -> @loc
     let frame = frame_at(at.tangent, at.normal);
     let distance = length(at.toward);
     let view = select(vec3f(0.0, 0.0, 1.0), at.toward * frame / distance, distance > 0.0);
-    return vec4f(table_radiance(shaded.table, vertices, at.shares, frame, view, at.blend), 1.0);
+    let point = TablePoint(table_lookup(shaded.table, view, at.blend), vertices, at.shares);
+    return vec4f(table_radiance(shaded.table, point, frame), 1.0);
 }

@@ -11,7 +11,8 @@ use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{AddressSpace, ShaderStage};
 
 use super::layouts::{
-    BACKGROUND, BASE_COLOR, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, TEXTURE, common, mode_files,
+    BACKGROUND, BASE_COLOR, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, TABLE, TEXTURE, TURNED_LIGHT, common,
+    mode_files,
 };
 use crate::shading::material::{self, all_models};
 use crate::shading::shadows::NO_SHADOWS;
@@ -19,6 +20,7 @@ use crate::{Mode, web};
 
 const PAGE: &str = include_str!("../web/page.wgsl");
 const TAPS: &str = include_str!("../web/taps.wgsl");
+const TABLE_MAP: &str = include_str!("../web/table.wgsl");
 const MESH: &str = include_str!("../web/mesh.wgsl");
 const TEXTURED: &str = include_str!("../web/textured.wgsl");
 
@@ -52,6 +54,11 @@ fn shaders() -> Vec<WebShader> {
             Mode::Taps => (
                 [&material::shader(&all_models()), NO_SHADOWS, LAMPS, TAPS].concat(),
                 "lamps_added(surface, taps_radiance(surface))",
+            ),
+            Mode::Table => (
+                [&material::shader(&all_models()), NO_SHADOWS, LAMPS, TURNED_LIGHT, TABLE, TABLE_MAP]
+                    .concat(),
+                "lamps_added(surface, table_reflected(surface))",
             ),
             mode => mode_files(mode, &all_models()),
         };

@@ -19,7 +19,11 @@
 //! | compact map (`taps`) | `scale-space` and `taps` |
 //! | SHRM (`local-shrm`) | `reflection` |
 //! | Cabral (`cabral`), Kautz-McCool (`kautz-mccool`), plain reflection map (`prefiltered`) | `reflection` |
+//! | BRDF table (`table`), looked up at each pixel | `table`, of one material each (`tabulate-brdf`) |
 //! | matte white (`irradiance`), perfect mirror (`mirror`) | `environment` |
+//!
+//! A BRDF table holds a series of the light and of the material, up to its degree; suns and lamps that are
+//! beside the series of a `reflection` are added by the material's model.
 //!
 //! Connect the exports of the pipeline too, `shrm`, `cabral`, `kautz-mccool`, `reflection-map` and `compact`
 //! (the `export-taps`): then only the forms that are exported are shown, with the resolution, the degree P
@@ -119,7 +123,7 @@ impl Kind for ExportPage {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-page";
-    const REVISION: u32 = 4;
+    const REVISION: u32 = 5;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -141,6 +145,7 @@ impl Kind for ExportPage {
             Port::many::<artifacts::Reflection>("reflection").optional(),
             Port::many::<artifacts::ScaleSpace>("scale-space").optional(),
             Port::many::<artifacts::Taps>("taps").optional(),
+            Port::many::<artifacts::BrdfTable>("table").optional(),
             Port::many::<artifacts::Mesh>("mesh").optional(),
         ];
         let exports = Form::ALL.into_iter().filter_map(port);
@@ -163,7 +168,7 @@ impl Kind for ExportPage {
         let pairs = pairs(&context.inputs, &keys, &lights, reporter)?;
         if pairs.is_empty() {
             return Err(Failure::new("no material is connected under an environment")
-                .help("connect scale-space and taps, or reflection, of the same environments"));
+                .help("connect scale-space and taps, reflection, or table, of the same environments"));
         }
 
         let limit = (parameters.size_limit * 1e6) as usize;

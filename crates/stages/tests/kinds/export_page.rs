@@ -6,10 +6,11 @@ use brdf::{BaseColorTexture, Standard, StandardParameters, TexturePlacement, Wra
 use engine::Output;
 use mesh::{MaterialRange, Mesh};
 use serde_json::Value;
-use stages::artifacts::{self, Material, Reflection, ScaleSpace, Taps};
+use stages::artifacts::{self, BrdfTable, Material, Reflection, ScaleSpace, Taps};
 
 use crate::fixture::{Case, case, environment, lambert, phong, reflection, sky};
 use crate::taps::{fit_taps, scale_space};
+use crate::vertices::table;
 
 const DAY: [(&str, &str); 1] = [("environment", "day")];
 
@@ -23,6 +24,7 @@ pub(crate) fn page(parameters: &str, name: &str) -> Case {
         .keyed_input("reflection", &pair, reflection(phong(20.0), 4))
         .keyed_input("scale-space", &DAY, (*scales.artifact::<ScaleSpace>()).clone())
         .keyed_input("taps", &[pair[1]], (*fit_taps("taps = 2").artifact::<Taps>()).clone())
+        .keyed_input("table", &[pair[1]], table(phong(20.0)))
 }
 
 /// The text and the data of a page.
@@ -50,7 +52,8 @@ fn forms(data: &Value) -> Vec<&str> {
 #[test]
 fn a_page_has_every_form_and_all_that_it_refers_to() {
     let (page, data) = read(&page("resolution = 8\nslices = 4", "copper"));
-    let all = ["taps", "local-shrm", "cabral", "kautz-mccool", "prefiltered", "irradiance", "mirror"];
+    let all =
+        ["taps", "local-shrm", "cabral", "kautz-mccool", "prefiltered", "table", "irradiance", "mirror"];
     assert_eq!(forms(&data), all);
     assert_eq!(data["left_out"], Value::Array(Vec::new()));
     for view in data["pairs"][0]["views"].as_array().unwrap() {
@@ -170,6 +173,30 @@ fn a_reflection_is_enough() {
     let (_, data) = read(&case);
     assert_eq!(forms(&data)[0], "local-shrm");
     assert!(data["pairs"][0]["views"][0]["error"].is_null());
+}
+
+#[test]
+fn a_table_is_enough() {
+    let chalk = [("material", "chalk")];
+    let of = |tables: BrdfTable| {
+        case("export-page", "")
+            .keyed_input("environment", &DAY, environment(64, sky))
+            .keyed_input("material", &chalk, Material(lambert(0.8)))
+            .keyed_input("table", &chalk, tables)
+    };
+    let (_, data) = read(&of(table(lambert(0.8))));
+    assert_eq!(forms(&data), ["table", "irradiance", "mirror"]);
+    let view = &data["pairs"][0]["views"][0];
+    assert_eq!(view["note"], "F = 4, 16 x 16 views");
+    // Degree 4 holds what a matte surface reflects.
+    assert!(view["error"]["p95"].as_f64().unwrap() < 0.02, "{}", view["error"]);
+    // A grey table has four coefficients in a texel.
+    assert_eq!(view["textures"]["table_map"]["size"], serde_json::json!([16, 16, 7]));
+    let two = case("tabulate-brdf", "resolution = 16")
+        .keyed_input("materials", &[("material", "a")], Material(lambert(0.5)))
+        .keyed_input("materials", &[("material", "b")], Material(lambert(0.8)));
+    let failed = of((*two.artifact::<BrdfTable>()).clone());
+    assert_eq!(failed.failure(), "no material is connected under an environment");
 }
 
 /// The numbers of a blob of words of four bytes, as the page's script restores them.

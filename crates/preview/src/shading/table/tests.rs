@@ -107,17 +107,21 @@ fn the_shader_shades_alike() {
             @group(3) @binding(2) var<storage, read> quarter_turns: array<vec2f>;
             {}
             {}
+            {}
             fn answer(k: u32) -> vec3f {{
                 let table = TableUniforms(
                     {size}u, {of_table}u, {channels}u, {mirrored}u, {light_rows}u, {along}u, {across}u
                 );
                 let vertices = vec3u(k, (k + 7u) % 300u, (k + 50u) % 300u);
                 let frame = frame_at(asked[4u * k + 2u].xyz, asked[4u * k + 3u].xyz);
-                return table_radiance(table, vertices, vec3f(0.5, 0.3, 0.2), frame, asked[4u * k].xyz,
-                    vec2f(asked[4u * k].w, asked[4u * k + 1u].x));
+                let lookup =
+                    table_lookup(table, asked[4u * k].xyz, vec2f(asked[4u * k].w, asked[4u * k + 1u].x));
+                let at = TablePoint(lookup, vertices, vec3f(0.5, 0.3, 0.2));
+                return table_radiance(table, at, frame);
             }}",
             include_str!("../turned_light.wgsl"),
-            include_str!("../table.wgsl")
+            include_str!("../table.wgsl"),
+            include_str!("../table_buffers.wgsl")
         );
         let buffers = [
             bytemuck::cast_slice(table.values()),

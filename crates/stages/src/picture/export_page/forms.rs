@@ -19,7 +19,7 @@ pub(crate) fn port(form: Form) -> Option<&'static str> {
         Form::Cabral => Some("cabral"),
         Form::KautzMcCool => Some("kautz-mccool"),
         Form::Plain => Some("reflection-map"),
-        Form::Irradiance | Form::Mirror => None,
+        Form::Table | Form::Irradiance | Form::Mirror => None,
     }
 }
 
@@ -61,10 +61,11 @@ impl Forms {
     pub(crate) fn shows(&self, form: Form, pair: &Pair) -> bool {
         let can = match form {
             Form::Compact => pair.compact_map.is_some(),
+            Form::Table => pair.table.is_some(),
             Form::Irradiance | Form::Mirror => true,
             _ => pair.reflection.is_some(),
         };
-        let is_chosen = !form.shows_material()
+        let is_chosen = port(form).is_none()
             || self.exported.is_empty()
             || self.exported.iter().any(|(of, ..)| *of == form);
         can && is_chosen
@@ -109,7 +110,11 @@ impl Forms {
             }
             _ => Look::of_light(light, material, sizes),
         };
+        if let Some(table) = pair.table.as_ref().filter(|_| form == Form::Table) {
+            note = format!("F = {}, {} x {1} views", table.degree().get(), table.size());
+        }
         let look = look.with_lamps_in_maps(is_baked).with_compact_map(pair.compact_map.clone());
+        let look = look.with_table(pair.table.clone());
         Ok(FormLook { look, bytes: files.map(ExportedFiles::total), note })
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use brdf::BaseColorTexture;
+use brdf::{BaseColorTexture, BrdfTable};
 use engine::{Failure, Inputs, ItemKey, Reporter};
 use preview::{CompactMap, Light};
 
@@ -21,6 +21,7 @@ pub(crate) struct Pair {
     pub(crate) light: Arc<Light>,
     pub(crate) reflection: Option<Arc<artifacts::Reflection>>,
     pub(crate) compact_map: Option<Arc<CompactMap>>,
+    pub(crate) table: Option<Arc<BrdfTable>>,
     /// The material, if it is known.
     pub(crate) material: Option<brdf::Material>,
     /// The texture of the material's base colour, if it has one.
@@ -80,6 +81,7 @@ pub(crate) fn pairs(
     let reflections = inputs.many::<artifacts::Reflection>("reflection")?;
     let scales = inputs.many::<artifacts::ScaleSpace>("scale-space")?;
     let taps = inputs.many::<artifacts::Taps>("taps")?;
+    let tables = inputs.many::<artifacts::BrdfTable>("table")?;
     let materials = materials(inputs)?;
     if scales.is_empty() != taps.is_empty() {
         let (is, lacks) = if taps.is_empty() { ("scale-space", "taps") } else { ("taps", "scale-space") };
@@ -102,6 +104,7 @@ pub(crate) fn pairs(
                 light: Arc::clone(light),
                 reflection: None,
                 compact_map: None,
+                table: None,
                 material: material.map(|(_, material)| material.material.clone()),
                 texture: material.and_then(|(_, material)| material.texture.clone()),
             }
@@ -112,6 +115,19 @@ pub(crate) fn pairs(
             }
             pairs.push(Pair { reflection: Some(Arc::clone(reflection)), ..known(key) });
         }
+        // The pair of an item that holds for every environment, as the items of materials do.
+        let pair_of = |key: &ItemKey, pairs: &mut Vec<Pair>| {
+            let whole: ItemKey = own.iter().chain(key.iter()).collect();
+            let place = pairs[first..].iter().position(|pair| pair.key == whole).map(|place| first + place);
+            place.unwrap_or_else(|| {
+                pairs.push(known(&whole));
+                pairs.len() - 1
+            })
+        };
+        for (key, table) in tables.iter().filter(|(_, table)| table.0.count() == 1) {
+            let place = pair_of(key, &mut pairs);
+            pairs[place].table = Some(Arc::new(table.0.clone()));
+        }
         let scales = scales.iter().find(|(key, _)| key == own || has(own, key));
         let Some((_, scales)) = scales else { continue };
         if let Some(difference) = light_mismatch::difference_from_scales(light.environment(), &scales.0.space)
@@ -120,23 +136,20 @@ pub(crate) fn pairs(
         }
         let space = Arc::new(scales.0.space.clone());
         for (key, taps) in &taps {
-            let whole: ItemKey = own.iter().chain(key.iter()).collect();
             let map = Arc::new(CompactMap {
                 scales: Arc::clone(&space),
                 taps: Arc::new(taps.0.table().into()),
                 material: taps.0.material.clone(),
             });
-            let place = pairs[first..].iter().position(|pair| pair.key == whole);
-            let pair = match place {
-                Some(place) => &mut pairs[first + place],
-                None => {
-                    pairs.push(known(&whole));
-                    pairs.last_mut().unwrap_or_else(|| unreachable!("one was added"))
-                }
-            };
+            let place = pair_of(key, &mut pairs);
+            let pair = &mut pairs[place];
             pair.material.get_or_insert_with(|| taps.0.material.clone());
             pair.compact_map = Some(map);
         }
+    }
+    if let Some((key, table)) = tables.iter().find(|(_, table)| table.0.count() > 1) {
+        let count = table.0.count();
+        reporter.warn(format!("{key}: a page shows tables of one material, and this has {count}"));
     }
     Ok(pairs)
 }
