@@ -7,7 +7,7 @@ import fs from 'fs';
 import path from 'path';
 import { pathToFileURL } from 'url';
 import { openBrowser } from './browser.mjs';
-import { MODES, SIZE, camera, codesOfCanvas, comparedWithStill, resize, show } from './stills.mjs';
+import { MODES, SIZE, camera, codesOfCanvas, comparedWithPicture, comparedWithStill, resize, show } from './stills.mjs';
 
 const [ folder, chromium ] = process.argv.slice( 2 );
 const out = path.resolve( folder, 'page/out' );
@@ -34,7 +34,7 @@ async function open( file, size, fragment = '' ) {
 
 }
 
-const stills = fs.readdirSync( out, { withFileTypes: true } ).filter( ( entry ) => entry.isDirectory() ).flatMap(
+const stills = fs.readdirSync( out, { withFileTypes: true } ).filter( ( entry ) => entry.isDirectory() && entry.name !== 'matte' ).flatMap(
 	( { name } ) => fs.readdirSync( `${out}/${name}` ).filter( ( file ) => file.endsWith( '.png' ) ).map( ( file ) => [ name, file.slice( 0, - 4 ) ] ) );
 if ( ! stills.length ) said( 'stills', 'WRONG: there are none' );
 
@@ -55,6 +55,15 @@ for ( const file of [ 'page', 'shrm' ] ) {
 	}
 
 }
+
+// Between vertices the page interpolates the radiance, and the still the light that arrives.
+const BETWEEN_VERTICES = 5;
+await open( 'page', SIZE );
+await show( page, { environment: 'sky', mode: 'transfer', mesh: 'knot', ...camera } );
+if ( await page.evaluate( () => specula.state.mode ) !== 'transfer' ) said( 'sky/matte transfer', 'WRONG: is not on the page' );
+else said( 'sky/matte transfer', await comparedWithPicture( page, `${out}/matte/sky.png`, [ 0, 0 ], BETWEEN_VERTICES ) );
+await show( page, { environment: 'sky', mode: 'transfer', mesh: 'sphere', ...camera } );
+said( 'a mesh without a transfer', await page.evaluate( () => specula.state.mode ) === 'transfer' ? 'WRONG: shows one' : 'ok' );
 
 // What people do.
 await open( 'page', FEW );

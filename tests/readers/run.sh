@@ -113,6 +113,7 @@ mkdir -p page/environments page/materials
 cp "$here/page.toml" page/pipeline.toml
 cp "$assets/sky.exr" page/environments/
 cp taps/materials/copper.toml plastic.toml page/materials/
+cp "$assets/../meshes/knot.glb" "$assets/../white.toml" page/
 "$specula" -C page build >page/build.log 2>&1 || { cat page/build.log; exit 1; }
 # The same of meshes with textures.
 mkdir -p textured/environments textured/materials textured/meshes

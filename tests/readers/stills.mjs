@@ -51,8 +51,8 @@ function inner( codes ) {
 /** Compares what a page draws with the part of a still that has a mode: what is said of it. */
 export const comparedWithStill = ( page, still, mode ) => comparedWithPicture( page, still, [ MARGIN + MODES.indexOf( mode ) * ( SIZE + GAP ), MARGIN ] );
 
-/** Compares what a page draws with a picture, of which it is the part at a place: what is said of it. */
-export async function comparedWithPicture( page, still, [ x, y ] = [ 0, 0 ] ) {
+/** Compares what a page draws with a picture, of which it is the part at a place: what is said of it. Codes may be off by `near`. */
+export async function comparedWithPicture( page, still, [ x, y ] = [ 0, 0 ], near = NEAR ) {
 
 	const source = `data:image/png;base64,${fs.readFileSync( still ).toString( 'base64' )}`;
 	const expected = await page.evaluate( codesOfPicture, source, x, y, SIZE );
@@ -61,7 +61,7 @@ export async function comparedWithPicture( page, still, [ x, y ] = [ 0, 0 ] ) {
 	const off = pixels.map( ( pixel ) => Math.max( ...[ 0, 1, 2 ].map( ( c ) => Math.abs( expected[ 4 * pixel + c ] - drawn[ 4 * pixel + c ] ) ) ) );
 	off.sort( ( a, b ) => a - b );
 	const [ half, most ] = [ 0.5, SHARE ].map( ( share ) => off[ Math.floor( share * off.length ) ] );
-	const verdict = pixels.length < 0.2 * SIZE * SIZE ? ' WRONG: nothing to compare' : most > NEAR ? ` WRONG: more than ${NEAR}` : '';
+	const verdict = pixels.length < 0.2 * SIZE * SIZE ? ' WRONG: nothing to compare' : most > near ? ` WRONG: more than ${near}` : '';
 	return `half within ${half}, 99 % within ${most} of 255${verdict}`;
 
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use half::f16;
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use preview::web::{WebBaseColor, WebTexels, WebTexture, WebView};
+use preview::web::{WebBaseColor, WebTexels, WebTexture, WebTransfer, WebView};
 use serde::Serialize;
 
 /// The error in stops of texels with a common exponent, within which 99 % have to be.
@@ -36,9 +36,12 @@ pub struct TextureEntry {
     linear: bool,
 }
 
-/// The fragment shader, the textures and the uniforms of a view.
+/// The shaders, the textures and the uniforms of a view.
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewEntry {
+    /// The blob of the vertex shader, if it is not that of most views.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertex: Option<usize>,
     fragment: usize,
     /// The blob of the fragment shader that reads the texture of a base colour, if the page has one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,6 +56,13 @@ pub struct ViewEntry {
 pub struct ReadEntry {
     textures: BTreeMap<&'static str, TextureEntry>,
     blocks: BTreeMap<&'static str, Numbers>,
+}
+
+/// The vectors of matte transfer of a part of a mesh, which its view reads besides.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TransferEntry {
+    textures: BTreeMap<&'static str, TextureEntry>,
+    uniforms: BTreeMap<&'static str, f64>,
 }
 
 /// All binary parts.
@@ -146,14 +156,22 @@ impl Blobs {
     /// Adds what a view reads, and its shaders.
     pub fn view(&mut self, view: WebView) -> ViewEntry {
         let read = self.read(view.textures, view.blocks);
+        let vertex = view.vertex.map(|text| self.add(text.as_bytes()));
         let fragment = self.add(view.fragment.as_bytes());
         let textured = view.textured.map(|text| self.add(text.as_bytes()));
-        ViewEntry { fragment, textured, read, uniforms: view.uniforms.into_iter().collect() }
+        ViewEntry { vertex, fragment, textured, read, uniforms: view.uniforms.into_iter().collect() }
     }
 
     /// Adds the texture of a base colour.
     pub fn base_color(&mut self, base_color: WebBaseColor) -> ReadEntry {
         self.read(base_color.textures, base_color.blocks)
+    }
+
+    /// Adds the vectors of a part of a mesh.
+    pub(crate) fn transfer(&mut self, transfer: &WebTransfer) -> TransferEntry {
+        let WebTransfer { texture, uniforms } = transfer.clone();
+        let textures = BTreeMap::from([(texture.name, self.texture(texture))]);
+        TransferEntry { textures, uniforms: uniforms.into_iter().collect() }
     }
 
     fn read(&mut self, textures: Vec<WebTexture>, blocks: Vec<(&'static str, Vec<u32>)>) -> ReadEntry {

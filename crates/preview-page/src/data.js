@@ -122,13 +122,14 @@ function sceneOf(state) {
     return {
         number: 0,
         exposure: data.environments[environment].exposure,
-        views: chosen?.views ?? [],
+        views: (chosen?.views ?? []).filter(({ mode }) => !isTransfer(mode) || parts.some(({ transfer }) => transfer)),
         notes: [],
         parts: async () => ({
             mesh: withCoordinates(data.meshes[mesh], pairs.map((pair) => pair?.material)),
             sky: data.skies[environment],
         }),
         view: async (view) => parts.map((part, i) => {
+            if (isTransfer(view.mode)) return withTransfer(view, part.transfer);
             const { material, views, base_color } = pairs[i];
             const own = views.find(({ mode }) => mode === view.mode);
             return own && part.coordinates[material] ? withBaseColor(own, base_color) : own ?? view;
@@ -152,6 +153,18 @@ function withBaseColor(view, { textures, blocks }) {
         fragment: view.textured,
         textures: { ...view.textures, ...textures },
         blocks: { ...view.blocks, ...blocks },
+    };
+}
+
+/** Whether a form is the transfer of meshes, which only some have. */
+const isTransfer = (mode) => data.modes[mode].name === 'transfer';
+
+/** A view with the vectors of a part of a mesh. */
+function withTransfer(view, { textures, uniforms }) {
+    return {
+        ...view,
+        textures: { ...view.textures, ...textures },
+        uniforms: { ...view.uniforms, ...uniforms },
     };
 }
 

@@ -17,6 +17,8 @@ pub enum Form {
     Plain,
     /// The BRDF table.
     Table,
+    /// A white diffuse surface that hides light from itself, of meshes with a matte transfer.
+    Transfer,
     /// A white diffuse surface.
     Irradiance,
     /// A perfect mirror.
@@ -25,13 +27,14 @@ pub enum Form {
 
 impl Form {
     /// All forms.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Compact,
         Self::Shrm,
         Self::Cabral,
         Self::KautzMcCool,
         Self::Plain,
         Self::Table,
+        Self::Transfer,
         Self::Irradiance,
         Self::Mirror,
     ];
@@ -45,6 +48,7 @@ impl Form {
             Self::KautzMcCool => Mode::KautzMcCool,
             Self::Plain => Mode::Prefiltered,
             Self::Table => Mode::Table,
+            Self::Transfer => Mode::Transfer,
             Self::Irradiance => Mode::Irradiance,
             Self::Mirror => Mode::Mirror,
         }
@@ -59,6 +63,7 @@ impl Form {
             Self::KautzMcCool => "Kautz-McCool",
             Self::Plain => "Plain reflection map",
             Self::Table => "BRDF table",
+            Self::Transfer => "Matte white in its own shadow",
             Self::Irradiance => "Matte white",
             Self::Mirror => "Perfect mirror",
         }
@@ -72,12 +77,12 @@ impl Form {
             Self::Cabral => Some("export-cabral"),
             Self::KautzMcCool => Some("export-kautz-mccool"),
             Self::Plain => Some("export-reflection-map"),
-            Self::Table | Self::Irradiance | Self::Mirror => None,
+            Self::Table | Self::Transfer | Self::Irradiance | Self::Mirror => None,
         }
     }
 
     /// Whether it shows the material.
     pub fn shows_material(self) -> bool {
-        !matches!(self, Self::Irradiance | Self::Mirror)
+        !matches!(self, Self::Transfer | Self::Irradiance | Self::Mirror)
     }
 }

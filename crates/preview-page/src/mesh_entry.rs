@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use brdf::TexturePlacement;
 use mesh::Mesh;
 use preview::Framing;
+use preview::web::WebTransfer;
 use serde::Serialize;
 
-use crate::blobs::{Blobs, Numbers};
+use crate::blobs::{Blobs, Numbers, TransferEntry};
 
 /// The steps of coordinates in a texture: a 64th of a texel of the largest.
 const STEPS: f64 = 65536.0;
@@ -36,6 +37,9 @@ struct PartEntry {
     coordinates: BTreeMap<usize, Numbers>,
     /// The numbers of the vertices of each triangle.
     triangles: Numbers,
+    /// The vectors of its matte transfer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    transfer: Option<TransferEntry>,
 }
 
 /// The triangles of a mesh that have one material.
@@ -47,6 +51,8 @@ pub struct MeshPart<'a> {
     pub material: Option<usize>,
     /// The materials that show a texture here, and how each places it.
     pub textures: Vec<(usize, TexturePlacement)>,
+    /// The vectors of its matte transfer, if there is one.
+    pub transfer: Option<WebTransfer>,
 }
 
 impl MeshEntry {
@@ -59,7 +65,7 @@ impl MeshEntry {
 
 impl PartEntry {
     fn new(part: &MeshPart<'_>, framing: Framing, blobs: &mut Blobs) -> Self {
-        let MeshPart { mesh, material, textures } = part;
+        let MeshPart { mesh, material, textures, transfer } = part;
         let mut words = |values: &mut dyn Iterator<Item = f64>| {
             let words: Vec<_> =
                 values.map(|value| ((32767.0 * value).round() as i16).to_le_bytes()).collect();
@@ -84,6 +90,7 @@ impl PartEntry {
                 .numbers(&corners.iter().map(|corner| (*corner as u16).to_le_bytes()).collect::<Vec<_>>(), 1),
             false => blobs.numbers(&corners.iter().map(|corner| corner.to_le_bytes()).collect::<Vec<_>>(), 1),
         };
-        Self { material: *material, positions, normals, tangents, coordinates, triangles }
+        let transfer = transfer.as_ref().map(|transfer| blobs.transfer(transfer));
+        Self { material: *material, positions, normals, tangents, coordinates, triangles, transfer }
     }
 }

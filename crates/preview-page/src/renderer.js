@@ -319,8 +319,8 @@ class Renderer {
             sky && attempt('background', sky.then((said) => this.pass(background, said))),
             isDifference ? attempt('difference', this.program(difference.vertex, difference.fragment)) : null,
             ...views.map(({ label, view }) => attempt(label, view.then((parts) => {
-                const { vertex } = data;
-                return Promise.all(parts.map((said) => this.pass({ vertex, fragment: said.fragment }, said)));
+                const programOf = ({ vertex = data.vertex, fragment }) => ({ vertex, fragment });
+                return Promise.all(parts.map((said) => this.pass(programOf(said), said)));
             }))),
         ]);
         await this.trimTextures([skyPass, ...sides.flat()].filter(Boolean));

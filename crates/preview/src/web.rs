@@ -11,6 +11,7 @@ mod base_color;
 mod elements;
 mod specialised;
 mod texture;
+mod transfer;
 
 use std::collections::BTreeSet;
 
@@ -18,7 +19,6 @@ use brdf::BrdfTable;
 use envmap::CubeMap;
 use sh::Expansion;
 use taps::{AnyTable, Language, LookUp, Source, atlas_picture, facet_texels, table_texels};
-use transfer::quarter_turns;
 
 pub use self::base_color::WebBaseColor;
 use self::elements::{Elements, Place};
@@ -27,6 +27,8 @@ use self::specialised::specialised;
 #[cfg(feature = "gpu")]
 pub(crate) use self::texture::ELEMENTS;
 pub use self::texture::{WebTexels, WebTexture};
+pub use self::transfer::WebTransfer;
+use self::transfer::turned_elements;
 use crate::layered_map::LayeredMap;
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
@@ -80,6 +82,8 @@ impl Cost {
 /// What a mode's shader reads of a look, beside the camera and the exposure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WebView {
+    /// The vertex shader; `None` if it is [`MESH_VERTEX`].
+    pub vertex: Option<String>,
     /// The fragment shader, for the models of the lights' material alone.
     pub fragment: String,
     /// The fragment shader that reads the texture of the base colour ([`WebBaseColor`]) too; `None` if the
@@ -96,11 +100,15 @@ pub struct WebView {
 }
 
 impl WebView {
-    /// What a mode reads of a look; `None` of modes that a page does not draw.
+    /// What a mode reads of a look; `None` of modes that a page does not draw. [`Mode::Transfer`] is that of
+    /// matte meshes, a white one under the light alone ([`WebTransfer`]).
     ///
     /// # Errors
     /// If the look cannot make the map of the mode.
     pub fn of(look: &Look, mode: Mode) -> Result<Option<Self>, RenderError> {
+        if mode == Mode::Transfer {
+            return Ok(Some(Self::matte_transfer(look.light())));
+        }
         let Some(shader) = fragment(mode) else { return Ok(None) };
         let mut shader = shader.to_owned();
         let mut view = match mode {
@@ -135,7 +143,8 @@ impl WebView {
             shader = view.holding(Elements::Vectors(&constants), &shader, "harmonics_constants");
         }
         if let (Mode::Table, Some(table)) = (mode, look.table()) {
-            let (light, quarter_turns) = table_elements(table, look.table_light());
+            let light = look.table_light();
+            let [light, quarter_turns] = turned_elements(light, light.degree().min(table.degree()));
             shader = view.holding(Elements::Vectors(&light), &shader, "table_light");
             shader = view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns");
         }
@@ -296,15 +305,6 @@ impl WebView {
 /// Whether a page can draw the BRDF table of a look: that of one material under distant light.
 pub fn shows_table(look: &Look) -> bool {
     look.light_field().is_none() && look.table().is_some_and(|table| table.count() == 1)
-}
-
-/// The coefficients of the light, and the turns of its bands, as far as a table has them.
-fn table_elements(table: &BrdfTable, light: &Expansion) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
-    let degree = light.degree().min(table.degree());
-    let row = |[r, g, b]: &[f64; 3]| [*r as f32, *g as f32, *b as f32, 0.0];
-    let light = light.coefficients().iter().take(degree.rows()).map(row).collect();
-    let turn = |[there, back]: [f32; 2]| [there, back, 0.0, 0.0];
-    (light, quarter_turns(degree).into_iter().map(turn).collect())
 }
 
 /// The shader of taps with the look-up of a compact map.

@@ -47,7 +47,12 @@ impl LiveScene {
 
     /// Whether a page can draw a form.
     fn shows(&self, form: Form) -> bool {
-        let can = |object: &Object| form != Form::Table || shows_table(&object.look);
+        let can = |object: &Object| match form {
+            Form::Table => shows_table(&object.look),
+            // The transfer of a scene is of matrices.
+            Form::Transfer => false,
+            _ => true,
+        };
         self.scene.offers(form.mode()) && self.scene.objects.iter().all(can) || self.is_estimate(form)
     }
 
@@ -95,7 +100,7 @@ impl LiveScene {
         let meshes = meshes.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
         let parts = self.scene.objects.iter().zip(&meshes).map(|(object, mesh)| {
             let placement = object.look.base_color().map(|texture| (0, *texture.placement()));
-            MeshPart { mesh, material: None, textures: placement.into_iter().collect() }
+            MeshPart { mesh, material: None, textures: placement.into_iter().collect(), transfer: None }
         });
         let parts: Vec<_> = parts.collect();
         let mesh = MeshEntry::new(self.subject.mesh.clone(), self.scene.framing(), &parts, &mut blobs.lock());

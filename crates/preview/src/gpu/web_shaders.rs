@@ -21,6 +21,7 @@ use crate::{Mode, web};
 const PAGE: &str = include_str!("../web/page.wgsl");
 const TAPS: &str = include_str!("../web/taps.wgsl");
 const TABLE_MAP: &str = include_str!("../web/table.wgsl");
+const TRANSFER: &str = include_str!("../web/transfer.wgsl");
 const MESH: &str = include_str!("../web/mesh.wgsl");
 const TEXTURED: &str = include_str!("../web/textured.wgsl");
 
@@ -46,6 +47,8 @@ fn shaders() -> Vec<WebShader> {
         of("mesh.vert", "mesh_vertex", &[]),
         of("sky.vert", "sky_vertex", &[]),
         of("sky.frag", "sky_fragment", &[BACKGROUND, include_str!("../web/sky.wgsl")]),
+        of("transfer.vert", "transfer_vertex", &[TURNED_LIGHT, TRANSFER]),
+        of("transfer.frag", "transfer_fragment", &[TURNED_LIGHT, TRANSFER]),
         of("difference.frag", "difference_fragment", &[DIFFERENCE, include_str!("../web/difference.wgsl")]),
     ];
     for mode in Mode::ALL.into_iter().filter(|mode| web::fragment(*mode).is_some()) {

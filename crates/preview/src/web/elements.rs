@@ -46,7 +46,7 @@ impl Elements<'_> {
 }
 
 /// Elements in whole rows of a texture.
-fn padded<T: Copy>(elements: &[T], nothing: T) -> Vec<T> {
+pub(super) fn padded<T: Copy>(elements: &[T], nothing: T) -> Vec<T> {
     let mut texels = elements.to_vec();
     texels.resize(elements.len().next_multiple_of(ELEMENTS), nothing);
     texels

@@ -20,6 +20,7 @@
 //! | SHRM (`local-shrm`) | `reflection` |
 //! | Cabral (`cabral`), Kautz-McCool (`kautz-mccool`), plain reflection map (`prefiltered`) | `reflection` |
 //! | BRDF table (`table`), looked up at each pixel | `table`, of one material each (`tabulate-brdf`) |
+//! | matte white in its own shadow (`transfer`), of meshes that have one | `mesh` and `transfer` (`precompute-transfer` with `form = "matte"`) |
 //! | matte white (`irradiance`), perfect mirror (`mirror`) | `environment` |
 //!
 //! A BRDF table holds a series of the light and of the material, up to its degree; suns and lamps that are
@@ -147,6 +148,7 @@ impl Kind for ExportPage {
             Port::many::<artifacts::Taps>("taps").optional(),
             Port::many::<artifacts::BrdfTable>("table").optional(),
             Port::many::<artifacts::Mesh>("mesh").optional(),
+            Port::many::<artifacts::Transfer>("transfer").optional(),
         ];
         let exports = Form::ALL.into_iter().filter_map(port);
         inputs.into_iter().chain(exports.map(|name| Port::many::<ExportedFiles>(name).optional())).collect()

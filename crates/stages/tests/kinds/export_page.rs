@@ -4,13 +4,13 @@
 use base64::prelude::{BASE64_STANDARD, Engine};
 use brdf::{BaseColorTexture, Standard, StandardParameters, TexturePlacement, Wrap};
 use engine::Output;
-use mesh::{MaterialRange, Mesh};
+use mesh::MaterialRange;
 use serde_json::Value;
-use stages::artifacts::{self, BrdfTable, Material, Reflection, ScaleSpace, Taps};
+use stages::artifacts::{BrdfTable, Material, Mesh, Reflection, ScaleSpace, Taps, Transfer};
 
 use crate::fixture::{Case, case, environment, lambert, phong, reflection, sky};
 use crate::taps::{fit_taps, scale_space};
-use crate::vertices::table;
+use crate::vertices::{pit, table};
 
 const DAY: [(&str, &str); 1] = [("environment", "day")];
 
@@ -199,6 +199,33 @@ fn a_table_is_enough() {
     assert_eq!(failed.failure(), "no material is connected under an environment");
 }
 
+#[test]
+fn a_mesh_with_a_matte_transfer_has_it_at_its_vertices() {
+    let of = |mesh, parameters: &str| {
+        let bake = case("precompute-transfer", parameters).input("mesh", pit());
+        let page = page("resolution = 8\nslices = 4\nmeasure = false", "copper");
+        page.input("mesh", mesh).input("transfer", (*bake.artifact::<Transfer>()).clone())
+    };
+    let (page, data) = read(&of(pit(), "form = \"matte\"\ndirections = 512"));
+    let all = forms(&data);
+    let place = all.iter().position(|form| *form == "transfer").unwrap();
+    let view = &data["pairs"][0]["views"][place];
+    let shader = String::from_utf8(blob(&page, &view["vertex"])).unwrap();
+    assert!(shader.contains("uniform highp sampler2D transfer_vectors;"), "{shader}");
+    assert!(data["pairs"][0]["views"][0]["vertex"].is_null(), "one shader serves all other forms");
+    let parts = |mesh: usize| data["meshes"][mesh]["parts"].as_array().unwrap();
+    let vectors = &parts(0)[0]["transfer"];
+    assert_eq!(vectors["uniforms"]["transfer_uniforms.rows"], 25.0);
+    assert_eq!(vectors["textures"]["transfer_vectors"]["size"], serde_json::json!([1024, 1, 1]));
+    assert!(parts(1)[0]["transfer"].is_null(), "our own knot has none");
+
+    let matrices = of(pit(), "directions = 512").failure();
+    assert_eq!(matrices, "the transfer is not matte");
+    let other = Mesh(mesh::shape("plane").unwrap());
+    let other = of(other, "form = \"matte\"\ndirections = 512").failure();
+    assert_eq!(other, "the transfer belongs to no mesh of the page");
+}
+
 /// The numbers of a blob of words of four bytes, as the page's script restores them.
 fn words(page: &str, entry: &Value) -> Vec<i32> {
     let components = entry["words"][1].as_u64().unwrap() as usize;
@@ -223,7 +250,7 @@ fn words(page: &str, entry: &Value) -> Vec<i32> {
 fn dressed(parameters: &str, names: [&str; 2], side: usize) -> Case {
     let plane = mesh::shape("plane").unwrap();
     let range = |material| MaterialRange { material, triangles: 2 };
-    let squares = Mesh::joined(&[plane.clone(), plane.clone(), plane]).unwrap();
+    let squares = mesh::Mesh::joined(&[plane.clone(), plane.clone(), plane]).unwrap();
     let squares = squares
         .with_materials(vec!["red".into(), "a/blue".into()], &[range(Some(0)), range(Some(1)), range(None)])
         .unwrap();
@@ -242,7 +269,7 @@ fn dressed(parameters: &str, names: [&str; 2], side: usize) -> Case {
     let texture = BaseColorTexture::new([side; 2], texels, placement).unwrap();
     let clay = brdf::Material::Standard(Standard::new(StandardParameters::default()).unwrap());
     let mut case = page(&format!("resolution = 8\nslices = 4\nmeasure = false\n{parameters}"), "copper")
-        .keyed_input("mesh", &[("mesh", "squares")], artifacts::Mesh(squares));
+        .keyed_input("mesh", &[("mesh", "squares")], Mesh(squares));
     for (name, texture) in names.into_iter().zip([Some(&texture), None]) {
         let key = [("material", name)];
         let output = Material(clay.clone()).output_with_texture(texture).unwrap();

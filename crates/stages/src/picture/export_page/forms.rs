@@ -19,7 +19,7 @@ pub(crate) fn port(form: Form) -> Option<&'static str> {
         Form::Cabral => Some("cabral"),
         Form::KautzMcCool => Some("kautz-mccool"),
         Form::Plain => Some("reflection-map"),
-        Form::Table | Form::Irradiance | Form::Mirror => None,
+        Form::Table | Form::Transfer | Form::Irradiance | Form::Mirror => None,
     }
 }
 
@@ -27,6 +27,8 @@ pub(crate) fn port(form: Form) -> Option<&'static str> {
 pub(crate) struct Forms {
     exported: Vec<(Form, ItemKey, Arc<ExportedFiles>)>,
     sizes: MapSizes,
+    /// Whether a mesh has a transfer.
+    has_transfer: bool,
 }
 
 /// The look of a form.
@@ -48,7 +50,8 @@ impl Forms {
                 exported.push((form, key, files));
             }
         }
-        Ok(Self { exported, sizes: MapSizes { edge, slices } })
+        let has_transfer = inputs.type_at("transfer").is_some();
+        Ok(Self { exported, sizes: MapSizes { edge, slices }, has_transfer })
     }
 
     /// The exported files of a form of a pair.
@@ -62,6 +65,7 @@ impl Forms {
         let can = match form {
             Form::Compact => pair.compact_map.is_some(),
             Form::Table => pair.table.is_some(),
+            Form::Transfer => self.has_transfer,
             Form::Irradiance | Form::Mirror => true,
             _ => pair.reflection.is_some(),
         };
@@ -112,6 +116,9 @@ impl Forms {
         };
         if let Some(table) = pair.table.as_ref().filter(|_| form == Form::Table) {
             note = format!("F = {}, {} x {1} views", table.degree().get(), table.size());
+        }
+        if form == Form::Transfer {
+            note = "computed at the vertices of the mesh".into();
         }
         let look = look.with_lamps_in_maps(is_baked).with_compact_map(pair.compact_map.clone());
         let look = look.with_table(pair.table.clone());

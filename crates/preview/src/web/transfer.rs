@@ -1,0 +1,92 @@
+//! The transfer of a matte mesh, which pages show at its vertices.
+
+use sh::{Degree, Expansion};
+use transfer::{Form, StoredTransfer, quarter_turns};
+
+use super::elements::{Elements, padded};
+use super::texture::{ELEMENTS, WebTexels, WebTexture};
+use super::{Cost, WebView};
+use crate::Light;
+use crate::shading::turned_light::MAX_DEGREE;
+
+/// The vertex shader of matte transfer.
+pub(super) const VERTEX: &str = include_str!("transfer.vert.glsl");
+/// The fragment shader of matte transfer.
+pub(super) const FRAGMENT: &str = include_str!("transfer.frag.glsl");
+
+/// The vectors of a part of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WebTransfer {
+    /// The texture of the vectors.
+    pub texture: WebTexture,
+    /// The values of uniforms, by their names.
+    pub uniforms: Vec<(&'static str, f64)>,
+}
+
+impl WebTransfer {
+    /// The vectors of some vertices of a mesh, in this order; `None` if its transfer is not matte, or of more
+    /// degrees than a page turns.
+    ///
+    /// # Panics
+    /// If the transfer has no such vertex.
+    pub fn of(transfer: &StoredTransfer, vertices: &[u32]) -> Option<Self> {
+        let rows = transfer.form().input().rows();
+        if transfer.form().input().get() > MAX_DEGREE {
+            return None;
+        }
+        let values = |form: &'_ Form| match form {
+            Form::Matte(matte) => Some(matte.values().to_vec()),
+            _ => None,
+        };
+        let channels: Vec<_> = transfer.channels().iter().map(values).collect::<Option<_>>()?;
+        let vectors = vertices.iter().flat_map(|vertex| {
+            channels.iter().flat_map(move |values| {
+                let vector = &values[*vertex as usize * rows..][..rows];
+                vector.chunks(4).map(|of| {
+                    let mut element = [0.0; 4];
+                    element[..of.len()].copy_from_slice(of);
+                    element
+                })
+            })
+        });
+        let elements = padded(&vectors.collect::<Vec<_>>(), [0.0; 4]);
+        let texture = WebTexture {
+            name: "transfer_vectors",
+            size: [ELEMENTS, elements.len() / ELEMENTS, 1],
+            is_array: false,
+            is_linear: false,
+            texels: WebTexels::Halves(elements),
+        };
+        let uniforms = vec![
+            ("transfer_uniforms.rows", rows as f64),
+            ("transfer_uniforms.channels", channels.len() as f64),
+        ];
+        Some(Self { texture, uniforms })
+    }
+}
+
+impl WebView {
+    /// What meshes with a matte transfer read of a light, beside their vectors.
+    pub(super) fn matte_transfer(light: &Light) -> Self {
+        let light = light.lighting();
+        let degree = light.degree().min(Degree::new(MAX_DEGREE).unwrap_or(light.degree()));
+        let mut view = Self {
+            fragment: FRAGMENT.to_owned(),
+            uniforms: vec![("transfer_uniforms.light_rows", degree.rows() as f64)],
+            cost: Cost::default(),
+            ..Self::default()
+        };
+        let [light, quarter_turns] = turned_elements(light, degree);
+        let shader = view.holding(Elements::Vectors(&light), VERTEX, "transfer_light");
+        view.vertex = Some(view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns"));
+        view
+    }
+}
+
+/// The coefficients of a light up to a degree, and the turns of its bands.
+pub(super) fn turned_elements(light: &Expansion, degree: Degree) -> [Vec<[f32; 4]>; 2] {
+    let row = |[r, g, b]: &[f64; 3]| [*r as f32, *g as f32, *b as f32, 0.0];
+    let light = light.coefficients().iter().take(degree.rows()).map(row).collect();
+    let turn = |[there, back]: [f32; 2]| [there, back, 0.0, 0.0];
+    [light, quarter_turns(degree).into_iter().map(turn).collect()]
+}
