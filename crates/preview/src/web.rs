@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 
 use brdf::BrdfTable;
 use envmap::CubeMap;
-use sh::Expansion;
+use sh::{Degree, Expansion};
 use taps::{AnyTable, Language, LookUp, Source, atlas_picture, facet_texels, table_texels};
 
 pub use self::base_color::WebBaseColor;
@@ -35,6 +35,7 @@ use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
 use crate::shading::table::TableUniforms;
+use crate::shading::turned_light::MAX_DEGREE;
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
 /// The vertex shader of meshes.
@@ -269,6 +270,21 @@ impl WebView {
         // Four texels around the view, of each coefficient.
         let cost = Cost { fetches: 4 * known, lights: 0 };
         Self { textures: vec![texture], uniforms, cost, ..Self::default() }
+    }
+
+    /// What meshes with a matte transfer read of a light, beside their vectors.
+    fn matte_transfer(light: &Light) -> Self {
+        let light = light.lighting();
+        let degree = light.degree().min(Degree::new(MAX_DEGREE).unwrap_or(light.degree()));
+        let mut view = Self {
+            fragment: transfer::FRAGMENT.to_owned(),
+            uniforms: vec![("transfer_uniforms.light_rows", degree.rows() as f64)],
+            ..Self::default()
+        };
+        let [light, quarter_turns] = turned_elements(light, degree);
+        let shader = view.holding(Elements::Vectors(&light), transfer::VERTEX, "transfer_light");
+        view.vertex = Some(view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns"));
+        view
     }
 
     fn layers(map: &LayeredMap<'_>, mode: Mode) -> Self {

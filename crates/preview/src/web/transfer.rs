@@ -3,10 +3,8 @@
 use sh::{Degree, Expansion};
 use transfer::{Form, StoredTransfer, quarter_turns};
 
-use super::elements::{Elements, padded};
+use super::elements::padded;
 use super::texture::{ELEMENTS, WebTexels, WebTexture};
-use super::{Cost, WebView};
-use crate::Light;
 use crate::shading::turned_light::MAX_DEGREE;
 
 /// The vertex shader of matte transfer.
@@ -62,24 +60,6 @@ impl WebTransfer {
             ("transfer_uniforms.channels", channels.len() as f64),
         ];
         Some(Self { texture, uniforms })
-    }
-}
-
-impl WebView {
-    /// What meshes with a matte transfer read of a light, beside their vectors.
-    pub(super) fn matte_transfer(light: &Light) -> Self {
-        let light = light.lighting();
-        let degree = light.degree().min(Degree::new(MAX_DEGREE).unwrap_or(light.degree()));
-        let mut view = Self {
-            fragment: FRAGMENT.to_owned(),
-            uniforms: vec![("transfer_uniforms.light_rows", degree.rows() as f64)],
-            cost: Cost::default(),
-            ..Self::default()
-        };
-        let [light, quarter_turns] = turned_elements(light, degree);
-        let shader = view.holding(Elements::Vectors(&light), VERTEX, "transfer_light");
-        view.vertex = Some(view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns"));
-        view
     }
 }
 
