@@ -320,7 +320,8 @@ impl WebView {
 
 /// Whether a page can draw the BRDF table of a look: that of one material under distant light.
 pub fn shows_table(look: &Look) -> bool {
-    look.light_field().is_none() && look.table().is_some_and(|table| table.count() == 1)
+    let can = |table: &BrdfTable| table.count() == 1 && table.degree().get() <= MAX_DEGREE;
+    look.light_field().is_none() && look.table().is_some_and(|table| can(table))
 }
 
 /// The shader of taps with the look-up of a compact map.

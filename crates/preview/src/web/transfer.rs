@@ -22,14 +22,12 @@ pub struct WebTransfer {
 }
 
 impl WebTransfer {
-    /// The vectors of some vertices of a mesh, in this order; `None` if its transfer is not matte, or of more
-    /// degrees than a page turns.
-    ///
-    /// # Panics
-    /// If the transfer has no such vertex.
+    /// The vectors of some vertices of a mesh, in this order; `None` if its transfer is not matte, of more
+    /// degrees than a page turns, or of fewer vertices.
     pub fn of(transfer: &StoredTransfer, vertices: &[u32]) -> Option<Self> {
         let rows = transfer.form().input().rows();
-        if transfer.form().input().get() > MAX_DEGREE {
+        let is_known = |vertex: &u32| (*vertex as usize) < transfer.len();
+        if transfer.form().input().get() > MAX_DEGREE || !vertices.iter().all(is_known) {
             return None;
         }
         let values = |form: &'_ Form| match form {
