@@ -39,12 +39,21 @@ export class ProbeTransport {
 		this.columns = file.sky.columns;
 		/** The names of the lamps, in the order of their colours. */
 		this.lamps = file.lamps.names ?? [];
-		/** The number of emissive materials that the scene uses, in the order of the glTF file. */
+		/** The number of emissive materials that the scene uses, in the order of the glTF file, and their names, if known. */
 		this.emitters = file.emission.columns;
-		const section = ( { columns, channels, offset } ) => {
+		this.emission = file.emission.names ?? [];
+		const halves = ( offset, length ) => Float32Array.from( new Uint16Array( bytes, offset, length ), fromHalf );
+		const section = ( { columns, channels, offset, cpca } ) => {
 
-			const halves = new Uint16Array( bytes, offset, this.probes * ROWS * columns * channels );
-			return { columns, channels, numbers: Float32Array.from( halves, fromHalf ) };
+			const matrices = cpca ? cpca.clusters * ( 1 + cpca.components ) : this.probes;
+			const numbers = halves( offset, matrices * ROWS * columns * channels );
+			const clusters = cpca && {
+				components: cpca.components,
+				light: new Float32Array( 3 * ROWS * matrices ),
+				weights: halves( cpca.weights, this.probes * cpca.components ),
+				of: new Uint8Array( bytes, cpca.cluster_of, this.probes ),
+			};
+			return { columns, channels, numbers, clusters };
 
 		};
 
@@ -73,7 +82,7 @@ export class ProbeTransport {
 }
 
 /** Adds the light of the columns of a section, each with a colour. */
-function add( { columns, channels, numbers }, colours, target ) {
+function add( { columns, channels, numbers, clusters }, colours, target ) {
 
 	const count = Math.min( columns, colours.length );
 	if ( count === 0 ) return;
@@ -84,7 +93,30 @@ function add( { columns, channels, numbers }, colours, target ) {
 		return values;
 
 	} );
-	channels === 1 ? addGrey( numbers, red, green, blue, target ) : addColoured( numbers, red, green, blue, target );
+	const lit = clusters ? clusters.light.fill( 0 ) : target;
+	channels === 1 ? addGrey( numbers, red, green, blue, lit ) : addColoured( numbers, red, green, blue, lit );
+	if ( clusters ) addBlends( clusters, target );
+
+}
+
+/** The mean of each probe's cluster, and its components times the probe's weights. */
+function addBlends( { components, light, weights, of }, target ) {
+
+	const sum = new Float64Array( 27 );
+	for ( let probe = 0; probe < of.length; probe ++ ) {
+
+		let at = 27 * ( 1 + components ) * of[ probe ];
+		for ( let k = 0; k < 27; k ++ ) sum[ k ] = light[ at ++ ];
+		for ( let component = 0; component < components; component ++ ) {
+
+			const weight = weights[ components * probe + component ];
+			for ( let k = 0; k < 27; k ++ ) sum[ k ] += weight * light[ at ++ ];
+
+		}
+
+		for ( let k = 0; k < 27; k ++ ) target[ 27 * probe + k ] += sum[ k ];
+
+	}
 
 }
 
