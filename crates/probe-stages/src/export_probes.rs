@@ -138,7 +138,6 @@ mod bevy;
 mod columns;
 mod gltf;
 mod godot;
-mod json;
 mod ktx2;
 mod light;
 mod packing;

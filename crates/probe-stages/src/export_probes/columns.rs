@@ -65,8 +65,9 @@ pub(crate) fn columns(
     }
     let filled = |count: usize, channels: usize, names: Vec<String>, matrix: &dyn Fn(usize) -> Vec<f32>| {
         let mut own = Columns { count, channels, names, numbers: (0..probes).flat_map(matrix).collect() };
-        if own.length() > 0 {
-            places.dilate(&mut own.numbers, own.length());
+        let length = own.length();
+        if length > 0 {
+            places.dilate(&mut own.numbers, length);
         }
         own
     };

@@ -7,9 +7,9 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::axes::{Grid, IRRADIANCE, OF_FILES, Rows};
-use super::json::document;
 use super::light::{LitVolume, MaybeFiles, ProbeLight, check_halves, check_texture};
 use super::packing::{PARTS, packed, stacked};
+use crate::json::document;
 
 /// The most volumes that are exported.
 pub(crate) const MOST_VOLUMES: usize = 32;

@@ -12,9 +12,9 @@ use serde::Serialize;
 use stages::plugin::UntilStopped;
 
 use super::axes::{Grid, IRRADIANCE, OF_FILES, Rows};
-use super::columns::{Columns, ROWS};
-use super::json::document;
+use super::columns::Columns;
 use super::light::check_halves;
+use crate::json::document;
 
 /// The files, in the order of their contents.
 pub(crate) const NAMES: [&str; 5] =

@@ -43,9 +43,28 @@ fn repaired_probes_are_named_with_what_they_are_inside_of() {
     let filled = places.repairs().iter().filter(|repair| matches!(repair, Repair::Filled(_))).count();
     // The crate's sides have 1.1 m: it holds 2 or 3 probes along each axis.
     assert!((8..=27).contains(&(moved + filled)), "{moved} {filled}");
-    let note = ran.notes.iter().find(|note| note.contains("were moved")).unwrap();
-    assert!(note.starts_with(&format!("{moved} probes were moved: ")), "{note}");
-    assert!(note.contains("(scene [") && note.contains(" inside crate, material wood, moved 0."), "{note}");
+    let repaired: Vec<&String> = ran.notes.iter().filter(|note| note.contains(": ")).collect();
+    let note = repaired.iter().find(|note| note.contains("were moved")).unwrap();
+    assert!(note.starts_with("inside crate, material wood: ") && note.contains(" (scene ["), "{note}");
+    // Every repaired probe is in one of the notes, with its number and what was done.
+    let named = |note: &&&String| note.matches(" (scene [").count();
+    assert_eq!(repaired.iter().map(|note| named(&note)).sum::<usize>(), moved + filled, "{repaired:?}");
+    for (probe, repair) in places.repairs().iter().enumerate().filter(|(_, repair)| **repair != Repair::None)
+    {
+        let volume = &places.volumes()[0];
+        let [x, y, z] = volume.cell(probe);
+        let name = format!(" {probe} (scene [{x}, {y}, {z}]) ");
+        let note = repaired.iter().find(|note| note.contains(&name)).unwrap();
+        let detail = note.split(&name).nth(1).unwrap().split(',').next().unwrap();
+        match repair {
+            Repair::Moved => {
+                let way = (0..3).map(|axis| places.positions()[probe][axis] - places.grid()[probe][axis]);
+                assert_eq!(detail, format!("{:.2} m", way.map(|x| x * x).sum::<f32>().sqrt()));
+            }
+            Repair::Filled(sources) => assert_eq!(detail, format!("from {}", sources.len())),
+            other => panic!("{other:?}"),
+        }
+    }
     assert_eq!(ran.warnings, [""; 0]);
 }
 
