@@ -120,7 +120,7 @@
 //! are those of irradiance in all directions, over skies whose harmonics of degree l have a variance of
 //! (l + 1)^-3, as those of photographs have, relative to irradiance, RMS over all probes; `cpca` in
 //! `transport.json`, and a note, have them for all probes and for the worst one. `relight.js` and
-//! `relight.wgsl` light the clusters and blend them, which is faster, too.
+//! `relight.wgsl` light the clusters and blend them: 4 ms rather than 3 for 8,000 probes in JavaScript.
 //!
 //! ## Numbers
 //!

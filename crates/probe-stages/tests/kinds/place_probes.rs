@@ -82,3 +82,30 @@ fn albedo_and_light_have_no_part_in_places() {
     });
     assert!(place(&Room::new()) == place(&changed));
 }
+
+/// What leaks past the limit fails with the worst points; the file has the mean of all.
+#[test]
+fn leaks_above_the_limit_are_an_error() {
+    let scene = part(&Room::new().scene(), "shape");
+    let places = case("place-probes", "spacing = 1").input("scene", &*scene).artifact::<ProbePlaces>();
+    let check = |parameters: &str| {
+        let leaks = case("check-probes", &format!("points = 500\n{parameters}"));
+        leaks.input("places", &*places).input("scene", &*scene).files_of()
+    };
+    let (files, notes) = check("").unwrap();
+    let json: serde_json::Value = serde_json::from_slice(files[0].as_ref().unwrap()).unwrap();
+    let number = |key: &str| json[key].as_f64().unwrap();
+    let worst = json["worst"].as_array().unwrap();
+    assert!(worst.len() < 100 && number("points") + number("hidden") == 500.0, "{json}");
+    let sum: f64 = worst.iter().map(|point| point["share"].as_f64().unwrap()).sum();
+    assert!(number("mean") > 0.0 && (sum / number("points") - number("mean")).abs() < 1e-6, "{json}");
+    assert!(notes[0].contains("% of the probes' light leaks in three.js") && notes[0].contains("from probe"));
+    let limit = |factor: f64| check(&format!("leak-limit = {}", factor * number("mean")));
+    assert!(limit(1.001).is_ok());
+    let failure = limit(0.999).unwrap_err();
+    assert!(failure.to_string().contains("; leak-limit is 0.0"), "{failure}");
+    // Our own blend leaves out what cannot see the point.
+    let (files, _) = check("blend = \"visible\"").unwrap();
+    let visible: serde_json::Value = serde_json::from_slice(files[0].as_ref().unwrap()).unwrap();
+    assert!(visible["mean"].as_f64().unwrap() < 0.2 * number("mean"), "{visible}");
+}

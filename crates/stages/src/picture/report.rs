@@ -145,7 +145,7 @@
 //!
 //! `places` of `place-probes` adds a picture of the probes from above and one from a side: circles stand where
 //! the grid has them, diamonds were moved, squares are filled from neighbours, and crosses found nothing.
-//! Probes behind each other are one mark, the worst. With `scene`, the one that the probes were placed in,
+//! The worst are drawn last, over those that are behind or in front of them. With `scene`, the one that the probes were placed in,
 //! surfaces that are seen edge-on are lines, as walls are from above. Leaks are lines, too: at 2,000 points,
 //! spread evenly over the surfaces, from a point to the probe that gives it most light in three.js without
 //! seeing it. A table has the mean share of such light by weight, and the worst, in three.js, in Bevy, and

@@ -203,6 +203,7 @@ pub(crate) fn fixture(kind: &str) -> Case {
         "bake-lamps" => crate::light_probes::bake("bake-lamps", "lamps"),
         "light-probes" => crate::light_probes::lit(),
         "probe-pattern" => crate::light_probes::pattern(),
+        "check-probes" => crate::light_probes::leaks(),
         "export-probes" => crate::light_probes::exported(),
         other => panic!("give {other} a fixture here"),
     }

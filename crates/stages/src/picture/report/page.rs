@@ -78,7 +78,8 @@ pub(crate) fn page(
         rigs_section::section(&mut page, report, &pictures.rigs)?;
     }
     if let (Some(figures), Some(picture)) = (&report.probes, &pictures.probes) {
-        probes_section::section(&mut page, figures, picture);
+        let is_first = report.pairs.is_empty() && report.tables.is_empty() && report.rigs.is_empty();
+        probes_section::section(&mut page, is_first, figures, picture);
     }
     if !report.pairs.is_empty() {
         terms(&mut page, report);

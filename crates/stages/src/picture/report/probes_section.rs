@@ -44,15 +44,17 @@ struct View {
 }
 
 /// The section.
-pub(crate) fn section(page: &mut Markup, figures: &ProbeFigures, picture: &ProbePicture<'_>) {
+pub(crate) fn section(page: &mut Markup, is_first: bool, figures: &ProbeFigures, picture: &ProbePicture<'_>) {
     let count = picture.places.volumes().len();
     let volumes = if count == 1 { "a volume".to_owned() } else { format!("{count} volumes") };
-    page.line("<h2 id=\"probes\">Light probes</h2>");
+    let class = if is_first { " class=\"first\"" } else { "" };
+    page.put(format_args!("<h2{class} id=\"probes\">Where the probes stand</h2>\n"));
     page.put(format_args!("<p>{} probes in {volumes}", figures.probes));
     match picture.places.scattered() {
-        0 => page.line(".</p>"),
-        points => page.put(format_args!(", {points} of them at points.</p>\n")),
+        0 => {}
+        points => page.put(format_args!(", {points} of them at points")),
     }
+    page.line(". A mark over another one is that of a probe in front of it or behind it.</p>");
     legend(page, figures, picture);
     page.line("<div class=\"probes\">");
     for (title, axes) in [
@@ -83,7 +85,7 @@ fn legend(page: &mut Markup, figures: &ProbeFigures, picture: &ProbePicture<'_>)
         page.put(format_args!(
             "<li><svg class=\"probes\" viewBox=\"-8 -8 16 16\" width=\"16\" height=\"16\" aria-hidden=\"true\">"
         ));
-        mark(page, class, [0.0, 0.0], 6.0);
+        mark(page, class, [0.0, 0.0], 5.5);
         page.put(format_args!("</svg>{count} {text}</li>\n"));
     }
     if picture.scene.is_some() {
@@ -298,28 +300,31 @@ fn marks(view: View, places: &ProbePlaces) -> [Vec<[f32; 2]>; 4] {
     marks
 }
 
-/// A mark of its own for each repair, so that no colour is needed to tell them apart.
+/// A mark of its own for each repair, so that no colour is needed to tell them apart. What may be over the
+/// circle of another probe is smaller than that.
 fn mark(page: &mut Markup, class: &str, [x, y]: [f32; 2], radius: f32) {
     match class {
-        "valid" => page
-            .put(format_args!("<circle class=\"valid\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"/>\n")),
+        "valid" => {
+            let r = 1.25 * radius;
+            page.put(format_args!("<circle class=\"valid\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\"/>\n"));
+        }
         "moved" => {
-            let r = 1.3 * radius;
+            let r = 1.1 * radius;
             page.put(format_args!(
                 "<path class=\"moved\" d=\"M{:.1} {y:.1}l{r:.1} {r:.1}l{r:.1} -{r:.1}l-{r:.1} -{r:.1}z\"/>\n",
                 x - r
             ));
         }
         "filled" => {
-            let r = 2.0 * radius;
+            let r = 1.4 * radius;
             page.put(format_args!(
                 "<rect class=\"filled\" x=\"{:.1}\" y=\"{:.1}\" width=\"{r:.1}\" height=\"{r:.1}\"/>\n",
-                x - radius,
-                y - radius
+                x - 0.5 * r,
+                y - 0.5 * r
             ));
         }
         _ => {
-            let r = 2.4 * radius;
+            let r = 1.8 * radius;
             let (left, top) = (x - 0.5 * r, y - 0.5 * r);
             page.put(format_args!(
                 "<path class=\"lost\" d=\"M{left:.1} {top:.1}l{r:.1} {r:.1}m-{r:.1} 0l{r:.1} -{r:.1}\"/>\n"
