@@ -6,6 +6,7 @@ use transfer::{FixedLight, Frames, LightField, Viewer};
 
 use super::vertices::{brushed, knot, tabulated, transfer_of};
 use super::*;
+use crate::LightAtPlaces;
 use crate::vertex_light::{MeshLight, ShadedMesh, VertexLight};
 
 const L: usize = 4;
