@@ -1,12 +1,12 @@
 //! The light at a mesh, in the modes `table` and `transfer` [KSS02, sec. 4].
 //!
 //! Light and viewer are brought into the mesh's own coordinates, in which neither its frames nor its transfer
-//! matrices change. Under a light field or light probes, each vertex has the light of its own place. Frames and light are
-//! interpolated over a triangle; at each sample of the picture the light is turned into the frame there, and
-//! the table is looked up. With transfer, the light at a vertex is what arrives there, turned back from its
-//! frame, so that frames which differ much between vertices do no harm either. The light is kept while only
-//! the camera moves. Suns and lamps beside the coefficients are not in it: the material itself reflects them
-//! at each sample ([`crate::shading::lamps`]).
+//! matrices change. Under a light field or light probes, each vertex has the light of its own place. Frames
+//! and light are interpolated over a triangle; at each sample of the picture the light is turned into the
+//! frame there, and the table is looked up. With transfer, the light at a vertex is what arrives there,
+//! turned back from its frame, so that frames which differ much between vertices do no harm either. The light
+//! is kept while only the camera moves. Suns and lamps beside the coefficients are not in it: the material
+//! itself reflects them at each sample ([`crate::shading::lamps`]).
 
 use std::sync::Arc;
 

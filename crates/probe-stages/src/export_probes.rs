@@ -80,8 +80,8 @@
 //!
 //! `ktx2`
 //!
-//! - layout: as for `three`; the 28th number is 1 if a probe has light of its own, else 0. RGBA16F or RGBA32F.
-//!   `validity-0.ktx2` has that, too: R8, a texel for each probe, 255 or 0
+//! - layout: as for `three`; the 28th number is 1 if a probe has light of its own, else 0. RGBA16F or
+//!   RGBA32F. `validity-0.ktx2` has that, too: R8, a texel for each probe, 255 or 0
 //! - scale: radiance or, with `evaluation = "irradiance"`, irradiance over pi, as `probes.json` says;
 //!   README.txt has the formula in GLSL. `specula schema probes` describes `probes.json`
 //!

@@ -36,8 +36,8 @@
 //! A sheet, such as a floor of one side, is not a solid: a probe below it is dark, not wrong. Notes, which
 //! `specula explain` shows, name the probes that were repaired, by their number and their place in the grid,
 //! together with those inside of the same node and material: up to 64 of each, and how many more there are.
-//! `places` of `report` draws and lists all of them. If all probes of a box are inside of something, the item fails and
-//! names the node whose backs they see: often the winding of a room is turned.
+//! `places` of `report` draws and lists all of them. If all probes of a box are inside of something, the item
+//! fails and names the node whose backs they see: often the winding of a room is turned.
 //!
 //! The result also has which of its 26 neighbours each probe sees, and how far it sees in each direction,
 //! with which light is blended later. Albedo, emission and lamps have no part in it: connect the part

@@ -1,8 +1,9 @@
 //! Clustered principal components: most of what long vectors hold, in a few numbers for each.
 //!
-//! Vectors are divided into clusters, each with a mean and a few orthonormal components (Sloan, Hall, Hart and
-//! Snyder 2003, section 4), so that a vector is the number of its cluster and a weight for each component.
-//! It belongs to the cluster that is nearest once the components are used, which is found in turn with these.
+//! Vectors are divided into clusters, each with a mean and a few orthonormal components (Sloan, Hall, Hart
+//! and Snyder 2003, section 4), so that a vector is the number of its cluster and a weight for each
+//! component. It belongs to the cluster that is nearest once the components are used, which is found in turn
+//! with these.
 
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
@@ -21,8 +22,8 @@ const MOST_COMPONENTS: usize = 64;
 /// The dimensions in which clusters are looked for: the greatest principal components of all vectors.
 const DIMENSIONS: usize = 96;
 
-/// How often vectors change to the nearest mean, how often to the nearest cluster, and how often a product with
-/// the covariance turns components toward the greatest.
+/// How often vectors change to the nearest mean, how often to the nearest cluster, and how often a product
+/// with the covariance turns components toward the greatest.
 const MEAN_ROUNDS: usize = 5;
 const CLUSTER_ROUNDS: usize = 4;
 const PRODUCTS: usize = 16;
@@ -53,10 +54,10 @@ struct Fit {
 }
 
 impl ClusteredComponents {
-    /// Vectors with as many numbers as there are `factors`, in at most `most_bytes` each, as 16-bit numbers and
-    /// with their share of the clusters. The squares of the errors are least after each number is multiplied by
-    /// its factor, which is above 0. `None` if that is too little for a component. Uses all threads; the result
-    /// does not depend on their number.
+    /// Vectors with as many numbers as there are `factors`, in at most `most_bytes` each, as 16-bit numbers
+    /// and with their share of the clusters. The squares of the errors are least after each number is
+    /// multiplied by its factor, which is above 0. `None` if that is too little for a component. Uses all
+    /// threads; the result does not depend on their number.
     ///
     /// # Errors
     /// If it was stopped.

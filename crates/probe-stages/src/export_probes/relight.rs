@@ -34,7 +34,8 @@ struct File {
     grids: Vec<GridEntry>,
 }
 
-/// A part of `transport.bin`: [probe, row, column, channel], or [cluster, 1 + components, row, column, channel].
+/// A part of `transport.bin`: [probe, row, column, channel], or [cluster, 1 + components, row, column,
+/// channel].
 #[derive(Serialize)]
 struct Section {
     columns: usize,

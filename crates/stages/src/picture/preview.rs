@@ -60,8 +60,8 @@
 //!
 //! `light-field` (a stage of that kind, or `light-probes`) lights the mesh in `table` and `transfer` in place
 //! of the environment: each vertex has the light of its own place. Probes are blended by what they see of the
-//! vertex. The field turns with the light, about the origin. The background and the other modes show the environment, so their difference from these two is
-//! no error.
+//! vertex. The field turns with the light, about the origin. The background and the other modes show the
+//! environment, so their difference from these two is no error.
 //!
 //! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
 //! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients

@@ -143,14 +143,14 @@
 //! path = "probes"
 //! ```
 //!
-//! `places` of `place-probes` adds a picture of the probes from above and one from a side: circles stand where
-//! the grid has them, diamonds were moved, squares are filled from neighbours, and crosses found nothing.
-//! The worst are drawn last, over those that are behind or in front of them. With `scene`, the one that the probes were placed in,
-//! surfaces that are seen edge-on are lines, as walls are from above. Leaks are lines, too: at 2,000 points,
-//! spread evenly over the surfaces, from a point to the probe that gives it most light in three.js without
-//! seeing it. A table has the mean share of such light by weight, and the worst, in three.js, in Bevy, and
-//! blended by visibility. `probes` in the JSON file has all repaired probes, with the node and the material
-//! that they were inside of. Environments and materials are optional then.
+//! `places` of `place-probes` adds a picture of the probes from above and one from a side: circles stand
+//! where the grid has them, diamonds were moved, squares are filled from neighbours, and crosses found
+//! nothing. The worst are drawn last, over those that are behind or in front of them. With `scene`, the one
+//! that the probes were placed in, surfaces that are seen edge-on are lines, as walls are from above. Leaks
+//! are lines, too: at 2,000 points, spread evenly over the surfaces, from a point to the probe that gives it
+//! most light in three.js without seeing it. A table has the mean share of such light by weight, and the
+//! worst, in three.js, in Bevy, and blended by visibility. `probes` in the JSON file has all repaired probes,
+//! with the node and the material that they were inside of. Environments and materials are optional then.
 //!
 //! ## What is compared
 //!
@@ -168,11 +168,12 @@
 //! one of each part, whose light and sizes add up, unless the connected stage has `parts = "together"`. Two
 //! files of a stage at `reflection-map` are those of the plain map of each part.
 //!
-//! Connect `environment` and `material`, which all sections but that of probes need, and `reflection` to what your graph exports: then degrees, windows
-//! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
-//! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
-//! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`, with the lamps in
-//! the series, as `lamps = "series"` of `project-sh` leaves them. Set `resolution` to that of your exports.
+//! Connect `environment` and `material`, which all sections but that of probes need, and `reflection` to what
+//! your graph exports: then degrees, windows and lamps are those of your files. There must be one reflection
+//! for each pair. If the lighting was turned, connect the environment turned in the same way: `rotate` turns
+//! both. Without `reflection` the report makes it as the stages do by default, or at `degree` or to
+//! `tolerance`, as in `project-brdf`, with the lamps in the series, as `lamps = "series"` of `project-sh`
+//! leaves them. Set `resolution` to that of your exports.
 //!
 //! ## Files
 //!

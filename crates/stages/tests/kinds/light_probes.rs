@@ -210,8 +210,8 @@ fn a_preview_under_probes_is_that_of_their_light() {
     assert!(plain.iter().zip(&found).any(|(a, b)| (0..3).any(|k| a[k].abs_diff(b[k]) > 8)));
 }
 
-/// A report of probes alone: every probe is counted once and every repaired one listed, and the pictures have a
-/// mark for each state.
+/// A report of probes alone: every probe is counted once and every repaired one listed, and the pictures have
+/// a mark for each state.
 #[test]
 fn a_report_draws_probes() {
     let (scene, places): (Arc<Scene>, Arc<ProbePlaces>) = (part("shape").artifact(), places().artifact());

@@ -1,5 +1,5 @@
-//! The section of a report's page on light probes: where they stand, from above and from a side, and what leaks
-//! between them.
+//! The section of a report's page on light probes: where they stand, from above and from a side, and what
+//! leaks between them.
 
 use containers::escape_html as escape;
 use probes::{Leak, ProbePlaces, Repair, Scene};
