@@ -345,7 +345,8 @@ mod tests {
         assert!((used as f64 / 625.0 - cpca["bytes"].as_f64().unwrap()).abs() < 1e-9);
         let half = |at: usize| f64::from(f16::from_le_bytes([files[0][at], files[0][at + 1]]).to_f32());
         let factor = |k: usize| {
-            [1.0, 2.0 / 3.0, 0.25][(k / 4).isqrt()] * if k % 4 == 0 { 1.0 } else { 8_f64.sqrt().recip() }
+            [1.0, 2.0 / 3.0, 0.25][(k / 4).isqrt()]
+                * if k.is_multiple_of(4) { 1.0 } else { 8_f64.sqrt().recip() }
         };
         let (mut errors, mut all) = (Vec::new(), 0.0);
         for (place, probe) in Grid::of(&volume, OF_FILES).probes().enumerate() {
