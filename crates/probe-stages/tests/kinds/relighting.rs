@@ -232,7 +232,8 @@ fn suns_are_split_off() {
     );
 }
 
-/// A warning names some of the probes that missed the wanted error, and a note all of them, with their errors.
+/// A warning names some of the probes that missed the wanted error, and a note all of them, with their
+/// errors.
 #[test]
 fn probes_that_missed_their_error_are_named() {
     let scene = Room::new().scene();
