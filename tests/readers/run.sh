@@ -3,8 +3,8 @@
 # error. Fails if a reader that is here reads wrong values; readers that cannot be installed are SKIPPED aloud.
 # The layout of pages is measured in a browser, pages.mjs, and a live page compared with stills, page.mjs, also when it is
 # served, live.mjs, with textures, textured.mjs, and in Firefox, firefox.mjs. Skies are shown there, sky.html, meshes are
-# relit, relight.html, light probes read back, probes.html, and compact maps are drawn with, three.html and babylon.html; screenshots lie in
-# target/readers/files/relight and taps.
+# relit, relight.html, light probes read back, probes.html, and lit from their transport, transport.mjs, and compact maps are
+# drawn with, three.html and babylon.html; screenshots lie in target/readers/files/relight and taps.
 #   tests/readers/run.sh [--all] [SPECULA]     --all: also Blender's bpy, which is 350 MB
 # Readers come from npm, PyPI and, as root, Debian (install.sh).
 set -euo pipefail
@@ -87,9 +87,10 @@ else
 fi
 "$specula" -C relight build >relight/build.log 2>&1 || { cat relight/build.log; exit 1; }
 
-# Patterns of light probes.
+# Patterns of light probes, and the transport of a room.
 mkdir -p probes
 cp "$here/probes.toml" probes/pipeline.toml
+cp "$here/../../examples/probes/"{room.glb,skies/morning.toml} probes/
 "$specula" -C probes build >probes/build.log 2>&1 || { cat probes/build.log; exit 1; }
 
 # Skies of engines, as the command without a manifest writes them.
@@ -147,6 +148,7 @@ if [ -d node_modules/three ]; then
         node "$here/sky.mjs" files "$chromium" >> results || echo "sky.mjs	ended early	WRONG" >> results
         node "$here/relight.mjs" files/relight "$chromium" "$here/../../docs/relighting.md" >> results || echo "relight.mjs	ended early	WRONG" >> results
         node "$here/probes.mjs" files/probes "$chromium" >> results || echo "probes.mjs	ended early	WRONG" >> results
+        node "$here/transport.mjs" files/probes "$chromium" >> results || echo "transport.mjs	ended early	WRONG" >> results
         node "$here/pages.mjs" files "$chromium" >> results || echo "pages.mjs	ended early	WRONG" >> results
         node "$here/page.mjs" files "$chromium" >> results || echo "page.mjs	ended early	WRONG" >> results
         node "$here/textured.mjs" files "$chromium" "$specula" >> results || echo "textured.mjs	ended early	WRONG" >> results

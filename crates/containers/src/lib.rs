@@ -62,7 +62,7 @@ pub use textures::{
     BabylonEnv, ByteFormat, Polynomial, Rounding, TexelEncoding, TexelFormat, Texture, TextureFile,
     declares_cube, is_babylon_env, is_texture, is_texture_ending, read_babylon_env, read_babylon_polynomial,
     read_dds, read_ktx2, read_texture, texture_containers, write_babylon_env, write_dds, write_dds_rgba,
-    write_ktx1, write_ktx2, write_ktx2_rgba, write_ktx2_zstd,
+    write_ktx1, write_ktx2, write_ktx2_r8, write_ktx2_rgba, write_ktx2_zstd,
 };
 pub use values::{
     Anisotropy, AssetFile, DIRECTION_COLUMNS, DirectionSamples, GlbText, GltfLighting, GltfMaterial,

@@ -21,7 +21,7 @@ pub use babylon_env::{
 };
 pub use dds::{read_dds, write_dds, write_dds_rgba};
 pub use ktx1::write_ktx1;
-pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_rgba, write_ktx2_zstd};
+pub use ktx2::{read_ktx2, write_ktx2, write_ktx2_r8, write_ktx2_rgba, write_ktx2_zstd};
 pub(crate) use read_texture::container_of;
 pub use read_texture::{declares_cube, is_texture, is_texture_ending, read_texture, texture_containers};
 pub use texel::{ByteFormat, Rounding, TexelEncoding, TexelFormat};

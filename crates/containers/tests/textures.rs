@@ -379,7 +379,7 @@ fn foreign_textures_are_refused_with_what_they_are() {
         read_texture(&changed).unwrap_err()
     };
     for (bytes, at, value, kind, message) in [
-        (&ktx2, 12, 9, ErrorKind::Unsupported, "VkFormat 9 is not read"),
+        (&ktx2, 12, 10, ErrorKind::Unsupported, "VkFormat 10 is not read"),
         (&ktx2, 12, 0, ErrorKind::Unsupported, "VkFormat 0 (Basis Universal (UASTC or ETC1S)) is not read"),
         (&ktx2, 12, 145, ErrorKind::Unsupported, "VkFormat 145 (BC7) is not read"),
         (&ktx2, 12, 157, ErrorKind::Unsupported, "VkFormat 157 (ASTC) is not read"),
@@ -444,7 +444,9 @@ fn formats_of_others_are_read() {
         (ktx2(43, &bytes), rgb),
         (ktx2(50, &bytes), bgr),
         (ktx2(29, &[255, 188, 0, 0, 51, 255]), rgb),
+        (ktx2(9, &[255, 51]), [[1.0, 0.0, 0.0], [0.2, 0.0, 0.0]]),
         (dds(6, &floats), numbers),
+        (dds(61, &[255, 51]), [[1.0, 0.0, 0.0], [0.2, 0.0, 0.0]]),
         // Bytes in a DDS are sRGB's, whether it says so or not.
         (dds(28, &bytes), rgb),
         (dds(29, &bytes), rgb),

@@ -9,7 +9,7 @@ use sphere::Cube;
 use transfer::LightField;
 
 use crate::shading::base_color::BaseColorMap;
-use crate::{CompactMap, Light, PrefilteredCube, RenderError};
+use crate::{CompactMap, Light, LightAtPlaces, PrefilteredCube, RenderError};
 
 /// The sizes of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +52,8 @@ pub struct Look {
     suns: Vec<Sun>,
     /// The light at points around the mesh, in place of the distant light, for BRDF tables.
     light_field: Option<Arc<LightField>>,
+    /// The light at places with normals, in place of both.
+    light_at_places: Option<Arc<dyn LightAtPlaces>>,
     /// Whether the look shows a light, and no material of anybody's.
     shows_light: bool,
     sizes: MapSizes,
@@ -125,6 +127,7 @@ impl Look {
             prefiltered_cube: None,
             suns: Vec::new(),
             light_field: None,
+            light_at_places: None,
             shows_light: false,
             sizes,
             holds_lamps: false,
@@ -150,6 +153,13 @@ impl Look {
     #[must_use]
     pub fn with_suns(self, suns: Vec<Sun>) -> Self {
         Self { suns, ..self }
+    }
+
+    /// The same look with BRDF tables under light at places with normals, which the light field, if there is
+    /// one, gives way to.
+    #[must_use]
+    pub fn with_light_at_places(self, light_at_places: Option<Arc<dyn LightAtPlaces>>) -> Self {
+        Self { light_at_places, ..self }
     }
 
     /// Returns the same look under a light field, in the coordinates of the scene, in the modes `table` and
@@ -194,6 +204,11 @@ impl Look {
     /// The BRDF table of the look's material, if there is one.
     pub fn table(&self) -> Option<&Arc<BrdfTable>> {
         self.table.as_ref()
+    }
+
+    /// The light at places with normals that BRDF tables are under, if there is one.
+    pub fn light_at_places(&self) -> Option<&Arc<dyn LightAtPlaces>> {
+        self.light_at_places.as_ref()
     }
 
     /// The light field that BRDF tables are under, if there is one.
@@ -264,10 +279,10 @@ impl Look {
     }
 
     /// The suns and lamps that the modes `table` and `transfer` take out of the light's coefficients, and the
-    /// material that reflects them by itself [KSS02, sec. 7]; `None` if there are none, under a light field,
-    /// and if the table is not that of one known material.
+    /// material that reflects them by itself [KSS02, sec. 7]; `None` if there are none, under near
+    /// light, and if the table is not that of one known material.
     pub fn beside_table(&self) -> Option<Lamps> {
-        if self.light_field.is_some() {
+        if self.light_field.is_some() || self.light_at_places.is_some() {
             return None;
         }
         self.table().filter(|table| table.count() == 1)?;

@@ -125,6 +125,7 @@ impl Scene {
                 let moved = Look::without_maps(Arc::clone(&light), material, sizes);
                 let moved = moved.with_table(look.table().cloned());
                 let moved = moved.with_light_field(look.light_field().cloned());
+                let moved = moved.with_light_at_places(look.light_at_places().cloned());
                 object.look = Arc::new(moved.with_base_color(look.base_color().cloned()));
             }
         }

@@ -1,23 +1,24 @@
 //! The light at a mesh, in the modes `table` and `transfer` [KSS02, sec. 4].
 //!
 //! Light and viewer are brought into the mesh's own coordinates, in which neither its frames nor its transfer
-//! matrices change. Under a light field, each vertex has the light of its own place. Frames and light are
-//! interpolated over a triangle; at each sample of the picture the light is turned into the frame there, and
-//! the table is looked up. With transfer, the light at a vertex is what arrives there, turned back from its
-//! frame, so that frames which differ much between vertices do no harm either. The light is kept while only
-//! the camera moves. Suns and lamps beside the coefficients are not in it: the material itself reflects them
-//! at each sample ([`crate::shading::lamps`]).
+//! matrices change. Under a light field or light probes, each vertex has the light of its own place. Frames
+//! and light are interpolated over a triangle; at each sample of the picture the light is turned into the
+//! frame there, and the table is looked up. With transfer, the light at a vertex is what arrives there,
+//! turned back from its frame, so that frames which differ much between vertices do no harm either. The light
+//! is kept while only the camera moves. Suns and lamps beside the coefficients are not in it: the material
+//! itself reflects them at each sample ([`crate::shading::lamps`]).
 
 use std::sync::Arc;
 
 use brdf::BrdfTable;
-use glam::{DMat3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use mesh::Mesh;
 use rayon::prelude::*;
 use sh::{Degree, Expansion, rotate};
 use sphere::Rotation;
 use transfer::{Frames, LightField, Transfer, arriving, quarter_turns};
 
+use crate::light_at_places::{LightAtMesh, upside_down};
 use crate::shading::table::{TableUniforms, Turn, table_radiance};
 use crate::shading::turned_light::{MAX_DEGREE, angles_of, frame_at};
 use crate::{Mode, Object, RenderError, Shot};
@@ -36,6 +37,8 @@ pub(crate) enum MeshLight {
     Distant(Expansion),
     /// Other light at each vertex, a blend of that at some points.
     Near(LightField),
+    /// Other light at each vertex, by its place and its normal.
+    AtPlaces(LightAtMesh),
 }
 
 impl MeshLight {
@@ -44,6 +47,7 @@ impl MeshLight {
         match self {
             Self::Distant(light) => light.degree(),
             Self::Near(field) => field.lights()[0].degree(),
+            Self::AtPlaces(light) => light.degree,
         }
     }
 }
@@ -129,9 +133,16 @@ impl ShadedMesh {
             let light = rotate(&light.to_degree(taken.min(light.degree())), axes.inverse().after(shot.turn));
             if mirrored { upside_down(light) } else { light }
         };
-        let light = match object.look.light_field() {
-            None => MeshLight::Distant(turned(object.look.table_light())),
-            Some(field) => {
+        let light = match (object.look.light_at_places(), object.look.light_field()) {
+            (None, None) => MeshLight::Distant(turned(object.look.table_light())),
+            (Some(light), _) => MeshLight::AtPlaces(LightAtMesh {
+                degree: taken.min(light.degree()),
+                light: Arc::clone(light),
+                to_light: DAffine3::from_mat3(shot.turn.inverse().matrix()) * object.place,
+                turn: axes.inverse().after(shot.turn),
+                is_mirrored: mirrored,
+            }),
+            (None, Some(field)) => {
                 let to_mesh = object.place.inverse();
                 let place = |point: &[f64; 3]| {
                     to_mesh.transform_point3(shot.turn.matrix() * DVec3::from_array(*point)).to_array()
@@ -160,6 +171,8 @@ impl ShadedMesh {
                 (frames.positions().par_iter().flat_map_iter(at).collect(), true)
             }
             (MeshLight::Near(field), Some(transfer)) => (field.arriving(frames, transfer), true),
+            (MeshLight::AtPlaces(light), None) => (light.at_vertices(frames), true),
+            (MeshLight::AtPlaces(light), Some(transfer)) => (light.arriving(frames, transfer), true),
         };
         LightAtVertices { rows: degree.rows(), values, of_vertices, quarter_turns: quarter_turns(degree) }
     }
@@ -263,18 +276,4 @@ fn axes(object: &Object) -> (Rotation, bool) {
     let q = glam::DQuat::from_mat3(&axes);
     // An object without a size is not seen.
     (Rotation::from_quaternion(q.x, q.y, q.z, q.w).unwrap_or(Rotation::IDENTITY), mirrored)
-}
-
-/// The light with +Z and -Z exchanged: Y_lm(x, y, -z) = (-1)^(l + m) Y_lm. A material looks the same in a
-/// mirror, so an object that is a mirror image needs no frames of its own.
-fn upside_down(mut light: Expansion) -> Expansion {
-    for l in 0..=light.degree().get() {
-        for row in l * l..(l + 1) * (l + 1) {
-            // row = l^2 + l + m, so that l + m has the parity of row - l^2.
-            if (row - l * l) % 2 == 1 {
-                light.coefficients_mut()[row] = light.coefficients()[row].map(|value| -value);
-            }
-        }
-    }
-    light
 }

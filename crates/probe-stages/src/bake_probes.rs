@@ -30,12 +30,12 @@
 //! ## Paths
 //!
 //! `paths` paths start at each probe; each vertex adds emission by shadow rays, and the sky where it
-//! leaves. With `bounces = "all"` they end at random after some reflections, without a bias; `bounces = 0`
-//! is what a probe sees itself. Errors of T are 2 percent RMS at 4,096 paths and 0.5 at 65,536 in rooms of
-//! boxes; those of irradiance under a soft sky are smaller. A note has the standard error of irradiance,
-//! over all directions and relative to it, if the sky and all emission have a radiance of 1. With `error =
-//! 0.01`, the paths of each probe are doubled until its own is below that, up to `paths-most`; a warning
-//! names the probes that missed it.
+//! leaves. With `bounces = "all"` they end at random after some reflections, without a bias; `bounces = 0` is
+//! what a probe sees itself. Errors of T are 2 percent RMS at 4,096 paths and 0.5 at 65,536 in rooms of
+//! boxes; those of irradiance under a soft sky are smaller. A note has the standard error of irradiance, over
+//! all directions and relative to it, if the sky and all emission have a radiance of 1. With `error = 0.01`,
+//! the paths of each probe are doubled until its own is below that, up to `paths-most`; a warning names
+//! probes that missed it, and a note, which `specula explain` shows, up to 200 of them with their errors.
 //!
 //! The result does not depend on the number of threads, and that of a probe not on other probes.
 

@@ -116,17 +116,28 @@ impl Baking {
                 self.paths_most,
                 listed(missed.len(), missed.iter().map(|probe| place_text(places, *probe)))
             ));
+            if missed.len() > LISTED {
+                let named = |probe: &usize| format!("{probe} {:.2} %", 100.0 * errors[*probe]);
+                let all = first(NAMED, missed.len(), missed.iter().map(named));
+                reporter.note(format!("{what}: the probes that missed error = {wanted}: {all}"));
+            }
         }
     }
 }
 
-/// The names that a message lists.
+/// The names that a warning lists, and those of a note.
 const LISTED: usize = 8;
+const NAMED: usize = 200;
 
 /// The first names of a list of `count`, and how many more there are.
 pub(crate) fn listed(count: usize, names: impl Iterator<Item = String>) -> String {
-    let first = names.take(LISTED).collect::<Vec<_>>().join(", ");
-    if count > LISTED { format!("{first} and {} more", count - LISTED) } else { first }
+    first(LISTED, count, names)
+}
+
+/// The first `most` names of a list of `count`, and how many more there are.
+pub(crate) fn first(most: usize, count: usize, names: impl Iterator<Item = String>) -> String {
+    let first = names.take(most).collect::<Vec<_>>().join(", ");
+    if count > most { format!("{first} and {} more", count - most) } else { first }
 }
 
 /// A probe in a message: its number, its volume and its place in it.

@@ -10,9 +10,11 @@
 mod bake_lamps;
 mod bake_probes;
 mod baking;
+mod check_probes;
 mod export_probes;
 mod ground;
 mod import_scene;
+mod json;
 mod light_probes;
 mod name_pattern;
 mod place_probes;
@@ -35,6 +37,7 @@ pub fn add_to(kinds: Kinds) -> Kinds {
         .with(import_scene::ImportScene)
         .with(scene_part::ScenePartKind)
         .with(place_probes::PlaceProbes)
+        .with(check_probes::CheckProbes)
         .with(bake_probes::BakeProbes)
         .with(bake_lamps::BakeLamps)
         .with(light_probes::LightProbes)

@@ -33,15 +33,18 @@
 //! | filled | it cannot be moved | it has the mean light of valid neighbours that reach it without crossing geometry, by distance, from up to 3 probes away; never from both sides of a wall |
 //! | lost | no neighbour reaches it | it has the light of the nearest valid probe of its volume, and a warning lists it |
 //!
-//! A sheet, such as a floor of one side, is not a solid: a probe below it is dark, not wrong. Notes name
-//! the probes that were repaired, by their number and their place in the grid, and the node and the
-//! material that they were inside of. If all probes of a box are inside of something, the item fails and
-//! names the node whose backs they see: often the winding of a room is turned.
+//! A sheet, such as a floor of one side, is not a solid: a probe below it is dark, not wrong. Notes, which
+//! `specula explain` shows, name the probes that were repaired, by their number and their place in the grid,
+//! together with those inside of the same node and material: up to 64 of each, and how many more there are.
+//! `places` of `report` draws and lists all of them. If all probes of a box are inside of something, the item
+//! fails and names the node whose backs they see: often the winding of a room is turned.
 //!
 //! The result also has which of its 26 neighbours each probe sees, and how far it sees in each direction,
 //! with which light is blended later. Albedo, emission and lamps have no part in it: connect the part
 //! `shape` of `scene-part`, and a change of these does not even run this stage. Connected to the whole
 //! scene it runs, but its result stays the same, so that it makes nothing else run.
+
+use std::collections::BTreeMap;
 
 use engine::serde_json::{self, json};
 use engine::{
@@ -52,8 +55,12 @@ use probes::{Lattice, PlacesError, ProbePlaces, Repair, Scene, ScenePart, Surfac
 use stages::artifacts;
 use stages::plugin::{Place, UntilStopped};
 
-use crate::baking::{listed, place_text};
+use crate::baking::{first, listed, place_text};
 use crate::scene_port::check;
+
+/// The notes of repaired probes, and the probes that each of them names.
+const GROUPS: usize = 32;
+const NAMED: usize = 64;
 
 /// The most probes that are placed: each takes more than a kilobyte of memory until it is repaired.
 const MOST_PLACED: usize = 1 << 21;
@@ -278,49 +285,63 @@ fn boxes_text(count: usize) -> String {
     if count == 1 { "a box".into() } else { format!("{count} boxes") }
 }
 
-/// Notes which probes were repaired and why; lost ones are a warning.
+/// Notes which probes were repaired and why, a note for each thing that they were inside of; lost ones are a
+/// warning, too.
 fn report(places: &ProbePlaces, scene: &Scene, reporter: &Reporter) {
     let inside = |probe: usize| {
-        let Some(triangle) = places.inside_of(probe) else { return String::new() };
+        let Some(triangle) = places.inside_of(probe) else { return "near a surface".to_owned() };
         let parts = scene.parts();
         let material = parts.material_of.get(triangle as usize);
         let material = material.and_then(|at| parts.materials.get(*at as usize));
         let material = material.map_or("", |material| material.name.as_str());
-        format!(" inside {}, material {material}", scene.part_of(triangle as usize))
+        format!("inside {}, material {material}", scene.part_of(triangle as usize))
     };
-    let text = |probe: usize| {
-        let done = match &places.repairs()[probe] {
-            Repair::None => String::new(),
+    let mut groups: BTreeMap<(usize, String), Vec<String>> = BTreeMap::new();
+    let mut lost = Vec::new();
+    for (probe, repair) in places.repairs().iter().enumerate() {
+        let (order, detail) = match repair {
+            Repair::None => continue,
             Repair::Moved => {
                 let [from, to] = [places.grid()[probe], places.positions()[probe]];
                 let square = (0..3).map(|axis| (to[axis] - from[axis]) * (to[axis] - from[axis]));
-                let near = if places.inside_of(probe).is_none() { " near a surface" } else { "" };
-                format!("{near}, moved {:.2} m", square.sum::<f32>().sqrt())
+                (0, format!("{:.2} m", square.sum::<f32>().sqrt()))
             }
-            Repair::Filled(sources) if sources.len() == 1 => ", filled from 1 neighbour".into(),
-            Repair::Filled(sources) => format!(", filled from {} neighbours", sources.len()),
-            Repair::Lost(source) => format!(", found nothing: has the light of probe {source}"),
+            Repair::Filled(sources) if sources.len() == 1 => (1, "from 1".to_owned()),
+            Repair::Filled(sources) => (1, format!("from {}", sources.len())),
+            Repair::Lost(source) => {
+                lost.push(probe);
+                (2, format!("has the light of {source}"))
+            }
         };
-        format!("{}{}{done}", place_text(places, probe), inside(probe))
-    };
-    let of = |is: fn(&Repair) -> bool| -> Vec<usize> {
-        (0..places.len()).filter(|probe| is(&places.repairs()[*probe])).collect()
-    };
-    let moved = of(|repair| *repair == Repair::Moved);
-    let filled = of(|repair| matches!(repair, Repair::Filled(_)));
-    let lost = of(|repair| matches!(repair, Repair::Lost(_)));
-    for (what, probes) in [("moved", moved), ("filled from neighbours", filled)] {
-        if !probes.is_empty() {
-            let list = listed(probes.len(), probes.iter().map(|probe| text(*probe)));
-            reporter.note(format!("{} probes were {what}: {list}", probes.len()));
-        }
+        let group = groups.entry((order, inside(probe))).or_default();
+        group.push(format!("{} {detail}", place_text(places, probe)));
+    }
+    let all = groups.len();
+    for ((order, inside), probes) in groups.iter().take(GROUPS) {
+        let what = ["were moved", "were filled from neighbours", "found nothing"][*order];
+        let list = first(NAMED, probes.len(), probes.iter().cloned());
+        reporter.note(format!("{inside}: {}: {list}", counted(probes.len(), what)));
+    }
+    if all > GROUPS {
+        let rest: usize = groups.values().skip(GROUPS).map(Vec::len).sum();
+        reporter.note(format!("{} in {} other things", counted(rest, "were repaired"), all - GROUPS));
     }
     if !lost.is_empty() {
+        let named = |probe: &usize| format!("{} {}", place_text(places, *probe), inside(*probe));
         reporter.warn(format!(
             "{} probes are inside of something, and no neighbour reaches them: {}; another spacing or box may place \
              them outside",
             lost.len(),
-            listed(lost.len(), lost.iter().map(|probe| text(*probe)))
+            listed(lost.len(), lost.iter().map(named))
         ));
+    }
+}
+
+/// `1 probe was moved`, `24 probes were moved`.
+fn counted(count: usize, what: &str) -> String {
+    if count == 1 {
+        format!("1 probe {}", what.replacen("were", "was", 1))
+    } else {
+        format!("{count} probes {what}")
     }
 }

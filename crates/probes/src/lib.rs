@@ -10,8 +10,10 @@
 mod bake;
 mod bake_lamps;
 mod closed;
+mod cpca;
 mod emitters;
 mod lamp;
+mod leaks;
 mod lit_probes;
 mod material;
 mod options;
@@ -31,7 +33,9 @@ mod volume;
 pub use bake::{bake, transport_bytes};
 pub use bake_lamps::{LampColumns, bake_lamp};
 pub use brdf::Wrap;
+pub use cpca::ClusteredComponents;
 pub use lamp::{Lamp, LampError, LampKind};
+pub use leaks::{Blend, Leak, Leaks, leaks};
 pub use lit_probes::{LightError, LitProbes, SceneLighting};
 pub use material::{Alpha, Emission, MOST_ALBEDO, Material};
 pub use options::{BakeError, BakeOptions, MOST_BYTES};
@@ -49,5 +53,6 @@ pub use volume::{Lattice, MOST_ALONG, MOST_PROBES, Volume, VolumeError, neighbou
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {
     pub use crate::bake::REVISION as PROBES;
+    pub use crate::cpca::REVISION as COMPONENTS;
     pub use crate::lit_probes::REVISION as BLEND;
 }

@@ -20,7 +20,7 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use super::container::Container;
 use super::texel::{ByteFormat, Packed, TexelEncoding, TexelFormat, foreign_vulkan};
-use super::texture::{Texture, TextureFile, pack_rgba};
+use super::texture::{Texture, TextureFile, pack_r8, pack_rgba};
 use crate::error::{Error, ErrorKind};
 use crate::header_word::{size, word};
 use crate::images::Encoded;
@@ -115,8 +115,33 @@ pub fn write_ktx2_rgba(
         .map_err(|error| error.within("KTX2"))
 }
 
+/// Writes KTX2 as [`write_ktx2`] does, of one channel in bytes: `red` are the bytes, of which 255 stands for
+/// 1, of a texture with the sizes of `sizes`, whose own pixels are ignored.
+///
+/// # Errors
+/// The errors of [`write_ktx2`].
+///
+/// # Example: a volume of bytes comes back as red
+/// ```
+/// use containers::{Texture, read_ktx2, write_ktx2_r8};
+/// let sizes = Texture { width: 1, height: 1, depth: 3, ..Texture::default() };
+/// let read = read_ktx2(&write_ktx2_r8(&sizes, &[0, 255, 51], None, &[])?.bytes)?;
+/// assert_eq!(read.pixels, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.0, 0.0]]);
+/// # Ok::<(), containers::Error>(())
+/// ```
+pub fn write_ktx2_r8(
+    sizes: &Texture,
+    red: &[u8],
+    recipe: Option<&str>,
+    metadata: &[(&str, &str)],
+) -> Result<Encoded, Error> {
+    pack_r8(sizes, red)
+        .and_then(|level| write(sizes, vec![level], TexelFormat::R8, Scheme::Plain, recipe, metadata))
+        .map_err(|error| error.within("KTX2"))
+}
+
 /// Reads the subset of KTX2 that [`write_ktx2`] and [`write_ktx2_zstd`] write, whichever program wrote it.
-/// Alpha is ignored, and blue is 0 if there are two channels. [`crate::textures::read_texture::read_texture`]
+/// Alpha is ignored, and channels that the file lacks are 0. [`crate::textures::read_texture::read_texture`]
 /// gives the metadata too.
 ///
 /// # Errors
@@ -176,8 +201,8 @@ fn write(
         let uncompressed = packed.bytes.len();
         let stored = match scheme {
             Scheme::Plain => {
-                // A multiple of 4 already, so that lcm(block, 4) is the block.
-                bytes.resize(bytes.len().next_multiple_of(format.block().0), 0);
+                // A multiple of lcm(block, 4): every block of more than a byte is a multiple of 4 already.
+                bytes.resize(bytes.len().next_multiple_of(format.block().0.max(4)), 0);
                 packed.bytes
             }
             Scheme::Zstd | Scheme::Zlib => {
@@ -241,6 +266,7 @@ fn descriptor(format: TexelFormat) -> Vec<u8> {
                 [(9 * u16::from(channel), 9, channel, [0, 8448]), (27, 5, channel | EXPONENT, [15, 31])]
             })
             .collect(),
+        TexelFormat::R8 => vec![(0, 8, 0, [0, 255])],
         // BC6H; the rest is not written.
         _ => vec![(0, 128, FLOAT, unsigned)],
     };

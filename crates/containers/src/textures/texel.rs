@@ -29,6 +29,8 @@ pub enum TexelFormat {
     Rgb16F,
     /// Three floats.
     Rgb32F,
+    /// A byte of red, whose 255 stands for 1.
+    R8,
     /// Bytes, whose 255 stands for 1.
     Bytes(ByteFormat),
 }
@@ -108,6 +110,7 @@ impl TexelFormat {
             Self::Bc6hSigned => "signed BC6H",
             Self::Rgb16F => "RGB16F",
             Self::Rgb32F => "RGB32F",
+            Self::R8 => "R8",
             Self::Bytes(ByteFormat { is_srgb: true, .. }) => "8 bits, sRGB",
             Self::Bytes(_) => "8 bits, linear",
         }
@@ -120,7 +123,7 @@ impl TexelFormat {
                 [false, true].map(|is_srgb| Self::Bytes(ByteFormat { channels, is_bgr, is_srgb }))
             })
         });
-        [Self::Bc6hSigned, Self::Rgb16F, Self::Rgb32F].into_iter().chain(bytes)
+        [Self::Bc6hSigned, Self::Rgb16F, Self::Rgb32F, Self::R8].into_iter().chain(bytes)
     }
 
     /// Every format that is read.
@@ -135,14 +138,14 @@ impl TexelFormat {
 
     /// Whether the format holds light brighter than its white.
     pub fn is_high_dynamic_range(self) -> bool {
-        !matches!(self, Self::Bytes(_))
+        !matches!(self, Self::Bytes(_) | Self::R8)
     }
 
     /// The largest number that the format holds.
     pub fn largest(self) -> f32 {
         match self {
             Self::Rgba32F | Self::Rgb32F => f32::MAX,
-            Self::Bytes(_) => 1.0,
+            Self::Bytes(_) | Self::R8 => 1.0,
             // The exponent 31 is of infinity; BC6H interpolates halves.
             Self::Rgba16F | Self::Rg16F | Self::Rgb16F | Self::Bc6h | Self::Bc6hSigned => 65504.0,
             Self::Rgb9E5 => 65408.0,
@@ -153,7 +156,7 @@ impl TexelFormat {
 
     /// Whether the format holds negative numbers.
     pub fn is_signed(self) -> bool {
-        !matches!(self, Self::Rgb9E5 | Self::R11G11B10F | Self::Bc6h | Self::Bytes(_))
+        !matches!(self, Self::Rgb9E5 | Self::R11G11B10F | Self::Bc6h | Self::Bytes(_) | Self::R8)
     }
 
     /// The format's VkFormat.
@@ -168,6 +171,7 @@ impl TexelFormat {
             Self::Bc6hSigned => 144,
             Self::Rgb16F => 90,
             Self::Rgb32F => 106,
+            Self::R8 => 9,
             Self::Bytes(ByteFormat { channels, is_bgr, is_srgb }) => {
                 let first = match (channels, is_bgr) {
                     (3, false) => 23,
@@ -191,6 +195,7 @@ impl TexelFormat {
             Self::Bc6h => 95,
             Self::Bc6hSigned => 96,
             Self::Rgb32F => 6,
+            Self::R8 => 61,
             Self::Bytes(ByteFormat { channels: 4, is_bgr, is_srgb: true }) => {
                 if is_bgr {
                     91
@@ -218,6 +223,7 @@ impl TexelFormat {
             Self::Bc6h | Self::Bc6hSigned => (16, bc6h::EDGE),
             Self::Rgb16F => (6, 1),
             Self::Rgb32F => (12, 1),
+            Self::R8 => (1, 1),
             Self::Bytes(ByteFormat { channels, .. }) => (channels, 1),
         }
     }
@@ -270,13 +276,13 @@ impl TexelFormat {
                 Rounding::KeepLight => bc6h::encode(width, height, texels),
                 Rounding::Nearest => bc6h::encode_nearest(width, height, texels),
             },
-            Self::Bc6hSigned | Self::Rgb16F | Self::Rgb32F | Self::Bytes(_) => Vec::new(),
+            Self::Bc6hSigned | Self::Rgb16F | Self::Rgb32F | Self::R8 | Self::Bytes(_) => Vec::new(),
         };
         Packed { bytes, negative }
     }
 
     /// The colours of images of `width` x `height` texels, whose bytes are complete; an alpha is ignored, and
-    /// the blue of two channels is 0.
+    /// channels that the format lacks are 0.
     pub(crate) fn unpack(self, width: usize, height: usize, bytes: &[u8]) -> Vec<[f32; 3]> {
         let half = |bytes: &[u8]| f16::from_le_bytes([bytes[0], bytes[1]]).to_f32();
         let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
@@ -291,6 +297,7 @@ impl TexelFormat {
             Self::Bc6h | Self::Bc6hSigned => bc6h::decode(width, height, bytes, self == Self::Bc6hSigned),
             Self::Rgb16F => texels.map(|b| [half(b), half(&b[2..]), half(&b[4..])]).collect(),
             Self::Rgb32F => texels.map(|b| [float(b), float(&b[4..]), float(&b[8..])]).collect(),
+            Self::R8 => texels.map(|b| [f32::from(b[0]) / 255.0, 0.0, 0.0]).collect(),
             Self::Bytes(ByteFormat { is_bgr, is_srgb, .. }) => {
                 let value = |code: u8| {
                     let value = f64::from(code) / 255.0;

@@ -229,3 +229,15 @@ pub(crate) fn pack_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision
     };
     Ok(Packed { bytes, negative: 0 })
 }
+
+/// The bytes of a texture of one channel, with the sizes of `sizes`.
+///
+/// # Errors
+/// If the sizes are impossible or not those of the bytes.
+pub(crate) fn pack_r8(sizes: &Texture, red: &[u8]) -> Result<Packed, Error> {
+    if let Some(error) = sizes.size_error(1) {
+        return Err(Error::new(ErrorKind::Unwritable, error.to_string()));
+    }
+    sizes.check_len(0, red.len())?;
+    Ok(Packed { bytes: red.to_vec(), negative: 0 })
+}

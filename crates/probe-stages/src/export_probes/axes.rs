@@ -8,6 +8,9 @@ use probes::{Lattice, Volume};
 /// Nine coefficients of radiance in red, green and blue, row l l + l + m.
 pub(crate) type Rows = [[f32; 3]; 9];
 
+/// What irradiance over pi has of radiance of degree 0, 1 and 2.
+pub(crate) const IRRADIANCE: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
+
 /// The factors of the harmonics of degree 2: of x y, and of 3 z z - 1.
 const PRODUCT: f64 = 1.092_548_430_592_079;
 const SQUARE: f64 = 0.315_391_565_252_520_05;

@@ -39,12 +39,21 @@ export class ProbeTransport {
 		this.columns = file.sky.columns;
 		/** The names of the lamps, in the order of their colours. */
 		this.lamps = file.lamps.names ?? [];
-		/** The number of emissive materials that the scene uses, in the order of the glTF file. */
+		/** The number of emissive materials that the scene uses, in the order of the glTF file, and their names, if known. */
 		this.emitters = file.emission.columns;
-		const section = ( { columns, channels, offset } ) => {
+		this.emission = file.emission.names ?? [];
+		const halves = ( offset, length ) => Float32Array.from( new Uint16Array( bytes, offset, length ), fromHalf );
+		const section = ( { columns, channels, offset, cpca } ) => {
 
-			const halves = new Uint16Array( bytes, offset, this.probes * ROWS * columns * channels );
-			return { columns, channels, numbers: Float32Array.from( halves, fromHalf ) };
+			const matrices = cpca ? cpca.clusters * ( 1 + cpca.components ) : this.probes;
+			const numbers = halves( offset, matrices * ROWS * columns * channels );
+			const clusters = cpca && {
+				components: cpca.components,
+				light: new Float32Array( 3 * ROWS * matrices ),
+				weights: halves( cpca.weights, this.probes * cpca.components ),
+				of: new Uint8Array( bytes, cpca.cluster_of, this.probes ),
+			};
+			return { columns, channels, numbers, clusters };
 
 		};
 
@@ -73,7 +82,7 @@ export class ProbeTransport {
 }
 
 /** Adds the light of the columns of a section, each with a colour. */
-function add( { columns, channels, numbers }, colours, target ) {
+function add( { columns, channels, numbers, clusters }, colours, target ) {
 
 	const count = Math.min( columns, colours.length );
 	if ( count === 0 ) return;
@@ -84,7 +93,40 @@ function add( { columns, channels, numbers }, colours, target ) {
 		return values;
 
 	} );
-	channels === 1 ? addGrey( numbers, red, green, blue, target ) : addColoured( numbers, red, green, blue, target );
+	const lit = clusters ? clusters.light.fill( 0 ) : target;
+	channels === 1 ? addGrey( numbers, red, green, blue, lit ) : addColoured( numbers, red, green, blue, lit );
+	if ( clusters ) addBlends( clusters, target );
+
+}
+
+/** The mean of each probe's cluster, and its components times the probe's weights; three rows at a time. */
+function addBlends( { components, light, weights, of }, target ) {
+
+	for ( let probe = 0; probe < of.length; probe ++ ) {
+
+		const first = 27 * ( 1 + components ) * of[ probe ], own = components * probe;
+		for ( let part = 0; part < 27; part += 9 ) {
+
+			let at = first + part, to = 27 * probe + part;
+			let a = light[ at ], b = light[ at + 1 ], c = light[ at + 2 ], d = light[ at + 3 ], e = light[ at + 4 ];
+			let f = light[ at + 5 ], g = light[ at + 6 ], h = light[ at + 7 ], i = light[ at + 8 ];
+			for ( let k = 0; k < components; k ++ ) {
+
+				const weight = weights[ own + k ];
+				at += 27;
+				a += weight * light[ at ], b += weight * light[ at + 1 ], c += weight * light[ at + 2 ];
+				d += weight * light[ at + 3 ], e += weight * light[ at + 4 ], f += weight * light[ at + 5 ];
+				g += weight * light[ at + 6 ], h += weight * light[ at + 7 ], i += weight * light[ at + 8 ];
+
+			}
+
+			target[ to ++ ] += a, target[ to ++ ] += b, target[ to ++ ] += c;
+			target[ to ++ ] += d, target[ to ++ ] += e, target[ to ++ ] += f;
+			target[ to ++ ] += g, target[ to ++ ] += h, target[ to ] += i;
+
+		}
+
+	}
 
 }
 

@@ -26,7 +26,7 @@ fn export(preset: ProbePreset, places: &ProbePlaces, rows: &[Rows]) -> Result<Ve
         ProbePreset::Godot => godot::files(&light, "{}"),
         ProbePreset::Unity => unity::files(&light, "{}").map(all),
         ProbePreset::VrcLightVolumes => vrc::files(&light, "{}").map(all),
-        ProbePreset::Ktx2 => ktx2::files(&light, Precision::Half, "{}"),
+        ProbePreset::Ktx2 => ktx2::files(&light, Precision::Half, false, "{}"),
         ProbePreset::Gltf => gltf::file(&light, "{}").map(|file| vec![Some(file)]),
         ProbePreset::Transport => unreachable!("it takes no light"),
     };

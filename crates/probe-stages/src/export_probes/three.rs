@@ -9,9 +9,9 @@ use serde::Serialize;
 use engine::Failure;
 
 use super::axes::{Grid, OF_FILES};
-use super::json::document;
 use super::light::{LitVolume, ProbeLight, check_halves, check_texture};
 use super::packing::{PARTS, packed, stacked};
+use crate::json::document;
 
 /// The files, in the order of their contents.
 pub(crate) const NAMES: [&str; 4] = ["/probes.bin", "/probes.js", "/README.txt", "/probes.json"];

@@ -4,8 +4,8 @@ use engine::Failure;
 use serde::Serialize;
 
 use super::axes::{OF_UNITY, Rows};
-use super::json::document;
 use super::light::ProbeLight;
+use crate::json::document;
 
 /// The files, in the order of their contents.
 pub(crate) const NAMES: [&str; 3] = ["/SpeculaLightProbes.cs", "/README.txt", "/probes.json"];

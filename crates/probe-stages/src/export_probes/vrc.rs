@@ -7,9 +7,9 @@ use serde::Serialize;
 use engine::Failure;
 
 use super::axes::{Grid, OF_UNITY};
-use super::json::document;
 use super::light::{LitVolume, ProbeLight, check_halves, check_texture};
 use super::unity::coefficients;
+use crate::json::document;
 
 /// The files, in the order of their contents.
 pub(crate) const NAMES: [&str; 4] =

@@ -31,7 +31,8 @@ fn the_exported_transport_lights_as_light_probes_does() {
     let lit = baked.lit("window = \"none\"", Some(&sky)).value;
     let export = case("export-probes", "preset = \"transport\"")
         .input("probes", &*baked.transport)
-        .input("lamps", &*baked.lamps);
+        .input("lamps", &*baked.lamps)
+        .input("scene", &*baked.scene);
     let files = files(&export);
     let [Some(bytes), .., Some(json)] = files.as_slice() else { panic!("no transport") };
     let json: Value = serde_json::from_slice(json).unwrap();
@@ -52,6 +53,10 @@ fn the_exported_transport_lights_as_light_probes_does() {
         .into_iter()
         .map(|material| parts.materials[material as usize].emission.unwrap().radiance.map(f64::from))
         .collect();
+    let emitters = baked.scene.0.scene.emitters();
+    let emitter_names: Vec<&str> =
+        emitters.iter().map(|material| parts.materials[*material as usize].name.as_str()).collect();
+    assert_eq!(json["emission"]["names"], serde_json::json!(emitter_names));
     let number = |value: &Value| value.as_u64().unwrap() as usize;
     let probes = number(&json["probes"]);
     assert_eq!(probes, lit.0.places.len());
@@ -108,6 +113,12 @@ fn every_preset_exports_a_pattern_with_its_recipe() {
 #[test]
 fn formats_and_sizes_that_do_not_fit_are_errors() {
     let errors = |kind, parameters: &str| case(kind, parameters).errors().join("; ");
+    let evaluation =
+        errors("export-probes", "evaluation = \"irradiance\"\ncompression = \"cpca\"\nbytes = 50");
+    assert!(evaluation.contains("only \"ktx2\" has a choice"), "{evaluation}");
+    assert!(evaluation.contains("only \"transport\" has matrices"), "{evaluation}");
+    let bytes = errors("export-probes", "preset = \"transport\"\nbytes = 50");
+    assert!(bytes.contains("no effect without compression"), "{bytes}");
     let format = errors("export-probes", "preset = \"bevy\"\nformat = \"float\"");
     assert!(format.contains("this preset stores numbers as \"half\" or \"rgb9e5\""), "{format}");
     let counts = errors("probe-pattern", "counts = [2, 3]");

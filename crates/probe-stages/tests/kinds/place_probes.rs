@@ -43,9 +43,28 @@ fn repaired_probes_are_named_with_what_they_are_inside_of() {
     let filled = places.repairs().iter().filter(|repair| matches!(repair, Repair::Filled(_))).count();
     // The crate's sides have 1.1 m: it holds 2 or 3 probes along each axis.
     assert!((8..=27).contains(&(moved + filled)), "{moved} {filled}");
-    let note = ran.notes.iter().find(|note| note.contains("were moved")).unwrap();
-    assert!(note.starts_with(&format!("{moved} probes were moved: ")), "{note}");
-    assert!(note.contains("(scene [") && note.contains(" inside crate, material wood, moved 0."), "{note}");
+    let repaired: Vec<&String> = ran.notes.iter().filter(|note| note.contains(": ")).collect();
+    let note = repaired.iter().find(|note| note.contains("were moved")).unwrap();
+    assert!(note.starts_with("inside crate, material wood: ") && note.contains(" (scene ["), "{note}");
+    // Every repaired probe is in one of the notes, with its number and what was done.
+    let named = |note: &&&String| note.matches(" (scene [").count();
+    assert_eq!(repaired.iter().map(|note| named(&note)).sum::<usize>(), moved + filled, "{repaired:?}");
+    for (probe, repair) in places.repairs().iter().enumerate().filter(|(_, repair)| **repair != Repair::None)
+    {
+        let volume = &places.volumes()[0];
+        let [x, y, z] = volume.cell(probe);
+        let name = format!(" {probe} (scene [{x}, {y}, {z}]) ");
+        let note = repaired.iter().find(|note| note.contains(&name)).unwrap();
+        let detail = note.split(&name).nth(1).unwrap().split(',').next().unwrap();
+        match repair {
+            Repair::Moved => {
+                let way = (0..3).map(|axis| places.positions()[probe][axis] - places.grid()[probe][axis]);
+                assert_eq!(detail, format!("{:.2} m", way.map(|x| x * x).sum::<f32>().sqrt()));
+            }
+            Repair::Filled(sources) => assert_eq!(detail, format!("from {}", sources.len())),
+            other => panic!("{other:?}"),
+        }
+    }
     assert_eq!(ran.warnings, [""; 0]);
 }
 
@@ -62,4 +81,31 @@ fn albedo_and_light_have_no_part_in_places() {
         json["nodes"][3]["translation"] = json!([0, 1, 0]);
     });
     assert!(place(&Room::new()) == place(&changed));
+}
+
+/// What leaks past the limit fails with the worst points; the file has the mean of all.
+#[test]
+fn leaks_above_the_limit_are_an_error() {
+    let scene = part(&Room::new().scene(), "shape");
+    let places = case("place-probes", "spacing = 1").input("scene", &*scene).artifact::<ProbePlaces>();
+    let check = |parameters: &str| {
+        let leaks = case("check-probes", &format!("points = 500\n{parameters}"));
+        leaks.input("places", &*places).input("scene", &*scene).files_of()
+    };
+    let (files, notes) = check("").unwrap();
+    let json: serde_json::Value = serde_json::from_slice(files[0].as_ref().unwrap()).unwrap();
+    let number = |key: &str| json[key].as_f64().unwrap();
+    let worst = json["worst"].as_array().unwrap();
+    assert!(worst.len() < 100 && number("points") + number("hidden") == 500.0, "{json}");
+    let sum: f64 = worst.iter().map(|point| point["share"].as_f64().unwrap()).sum();
+    assert!(number("mean") > 0.0 && (sum / number("points") - number("mean")).abs() < 1e-6, "{json}");
+    assert!(notes[0].contains("% of the probes' light leaks in three.js") && notes[0].contains("from probe"));
+    let limit = |factor: f64| check(&format!("leak-limit = {}", factor * number("mean")));
+    assert!(limit(1.001).is_ok());
+    let failure = limit(0.999).unwrap_err();
+    assert!(failure.to_string().contains("; leak-limit is 0.0"), "{failure}");
+    // Our own blend leaves out what cannot see the point.
+    let (files, _) = check("blend = \"visible\"").unwrap();
+    let visible: serde_json::Value = serde_json::from_slice(files[0].as_ref().unwrap()).unwrap();
+    assert!(visible["mean"].as_f64().unwrap() < 0.2 * number("mean"), "{visible}");
 }

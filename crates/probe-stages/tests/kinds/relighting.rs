@@ -231,3 +231,27 @@ fn suns_are_split_off() {
         "{notes:?}"
     );
 }
+
+/// A warning names some of the probes that missed the wanted error, and a note all of them, with their
+/// errors.
+#[test]
+fn probes_that_missed_their_error_are_named() {
+    let scene = Room::new().scene();
+    let places: Arc<ProbePlaces> =
+        case("place-probes", "").input("scene", &*part(&scene, "shape")).artifact();
+    let ran = case("bake-probes", "paths = 16\nerror = 0.0001\npaths-most = 32")
+        .input("scene", &*part(&scene, "surfaces"))
+        .input("places", &*places)
+        .run::<ProbeTransport>()
+        .unwrap();
+    let errors = ran.value.0.transport.errors();
+    let is_missed = |probe: &usize| places.0.is_valid(*probe) && errors[*probe] > 0.0001;
+    let missed: Vec<usize> = (0..places.0.len()).filter(is_missed).collect();
+    assert!((9..200).contains(&missed.len()), "{missed:?}");
+    let begin = "transport: the probes that missed error = 0.0001: ";
+    let named = ran.notes.iter().find_map(|note| note.strip_prefix(begin)).unwrap();
+    let expected: Vec<String> =
+        missed.iter().map(|probe| format!("{probe} {:.2} %", 100.0 * errors[*probe])).collect();
+    assert_eq!(named, expected.join(", "));
+    assert!(ran.warnings[0].contains(&format!("and {} more; raise `paths-most`", missed.len() - 8)));
+}

@@ -58,10 +58,10 @@
 //! `transfer` with at least 16 rays toward each, which the mesh may block. Connect `material` for that, or a
 //! `reflection` that keeps it. A table of several materials has the lamps in the coefficients.
 //!
-//! `light-field` (a stage of that kind) lights the mesh in `table` and `transfer` in place of the
-//! environment: each vertex has the light of its own place. The field turns with the light, about the
-//! origin. The background and the other modes show the environment, so their difference from these two is
-//! no error.
+//! `light-field` (a stage of that kind, or `light-probes`) lights the mesh in `table` and `transfer` in place
+//! of the environment: each vertex has the light of its own place. Probes are blended by what they see of the
+//! vertex. The field turns with the light, about the origin. The background and the other modes show the
+//! environment, so their difference from these two is no error.
 //!
 //! `samples` shows three mirror balls with the environment, the lobe of the material toward the camera, and
 //! their product, and 512 points drawn from each: of the light, its texels; of the lobe, the coefficients
@@ -134,6 +134,7 @@ use values::{Backend, BackgroundChoice, BuiltInMesh, Size};
 
 mod comparison;
 mod fallback_renderer;
+mod probes_at_places;
 mod scene;
 mod values;
 
@@ -328,7 +329,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 6;
+    const REVISION: u32 = 7;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -338,6 +339,7 @@ impl Kind for Preview {
         shrm::revisions::BAKING,
         envmap::revisions::RESAMPLING,
         transfer::revisions::SHADING,
+        probes::revisions::BLEND,
     ];
     const TEXT: &'static str = include_str!("preview.rs");
     const SLOW: bool = true;
@@ -351,7 +353,7 @@ impl Kind for Preview {
             Port::one::<artifacts::BrdfTable>("table").optional(),
             Port::one::<artifacts::Transfer>("transfer").optional(),
             Port::one::<artifacts::VertexBlend>("blend").optional(),
-            Port::one::<artifacts::LightField>("light-field").optional(),
+            Port::one::<artifacts::LightField>("light-field").or::<artifacts::Probes>().optional(),
             Port::one::<artifacts::ScaleSpace>("scale-space").optional(),
             Port::one::<artifacts::Taps>("taps").optional(),
         ]

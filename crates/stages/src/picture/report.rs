@@ -134,6 +134,24 @@
 //! truncation has what is lost by `light`, `material`, `min`, `printed`, `bound`, `product` (of the
 //! coefficients) and `truth`.
 //!
+//! ## Light probes
+//!
+//! ```toml
+//! [stage.probe-report]
+//! kind = "report"
+//! inputs = { places = "places", scene = "scene" }
+//! path = "probes"
+//! ```
+//!
+//! `places` of `place-probes` adds a picture of the probes from above and one from a side: circles stand
+//! where the grid has them, diamonds were moved, squares are filled from neighbours, and crosses found
+//! nothing. The worst are drawn last, over those that are behind or in front of them. With `scene`, the one
+//! that the probes were placed in, surfaces that are seen edge-on are lines, as walls are from above. Leaks
+//! are lines, too: at 2,000 points, spread evenly over the surfaces, from a point to the probe that gives it
+//! most light in three.js without seeing it. A table has the mean share of such light by weight, and the
+//! worst, in three.js, in Bevy, and blended by visibility. `probes` in the JSON file has all repaired probes,
+//! with the node and the material that they were inside of. Environments and materials are optional then.
+//!
 //! ## What is compared
 //!
 //! Connect the stages that export the maps, so that sizes are those of your files: `taps` to an
@@ -150,11 +168,12 @@
 //! one of each part, whose light and sizes add up, unless the connected stage has `parts = "together"`. Two
 //! files of a stage at `reflection-map` are those of the plain map of each part.
 //!
-//! Connect `environment` and `material`, and `reflection` to what your graph exports: then degrees, windows
-//! and lamps are those of your files. There must be one reflection for each pair. If the lighting was turned,
-//! connect the environment turned in the same way: `rotate` turns both. Without `reflection` the report makes
-//! it as the stages do by default, or at `degree` or to `tolerance`, as in `project-brdf`, with the lamps in
-//! the series, as `lamps = "series"` of `project-sh` leaves them. Set `resolution` to that of your exports.
+//! Connect `environment` and `material`, which all sections but that of probes need, and `reflection` to what
+//! your graph exports: then degrees, windows and lamps are those of your files. There must be one reflection
+//! for each pair. If the lighting was turned, connect the environment turned in the same way: `rotate` turns
+//! both. Without `reflection` the report makes it as the stages do by default, or at `degree` or to
+//! `tolerance`, as in `project-brdf`, with the lamps in the series, as `lamps = "series"` of `project-sh`
+//! leaves them. Set `resolution` to that of your exports.
 //!
 //! ## Files
 //!
@@ -177,7 +196,10 @@ mod markup;
 mod noise;
 mod page;
 mod picture;
+mod probe_figures;
+mod probes_section;
 mod readers;
+mod reflections;
 mod rig_pictures;
 mod rigs;
 mod rigs_section;
@@ -196,7 +218,6 @@ mod trade_section;
 
 use std::borrow::Cow;
 use std::ops::Bound;
-use std::sync::Arc;
 
 use brdf::{Centre, Choice};
 use engine::{
@@ -205,18 +226,18 @@ use engine::{
 };
 use serde_json::value::RawValue;
 use sh::Tolerance;
-use shrm::Reflection;
 
-use crate::light::light_mismatch;
 use crate::material::DegreePair;
 use crate::values::{SHARE, artifacts, percent};
 use degree_figures::DegreeFigures;
 use degrees::{SeriesOf, Truncated};
-use exported::{Exported, Unnamed, names};
+use exported::Exported;
 use figures::{Follows, Limits, MaterialFigures, Method, NOTED, NoisePair, PairFigures, Report, Settings};
 use lit::Lit;
 use page::PagePictures;
-use studied::{Studied, reflection_of};
+use probes_section::ProbePicture;
+use reflections::Reflections;
+use studied::Studied;
 use study::StudiedReflection;
 use trade::{TradePair, Traded};
 
@@ -297,7 +318,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 9;
+    const REVISION: u32 = 10;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -316,6 +337,7 @@ impl Kind for ReportKind {
         envmap::revisions::RESAMPLING,
         envmap::revisions::LAMPS,
         sampling::revisions::RIG,
+        probes::revisions::BLEND,
     ];
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;
@@ -324,9 +346,11 @@ impl Kind for ReportKind {
     fn ports() -> Vec<Port> {
         let exports = Method::ALL.into_iter().filter_map(Method::port);
         [
-            Port::many::<artifacts::Environment>("environment"),
-            Port::many::<artifacts::Material>("material"),
+            Port::many::<artifacts::Environment>("environment").optional(),
+            Port::many::<artifacts::Material>("material").optional(),
             Port::many::<artifacts::Reflection>("reflection").optional(),
+            Port::one::<artifacts::ProbePlaces>("places").optional(),
+            Port::one::<artifacts::Scene>("scene").optional(),
         ]
         .into_iter()
         .chain(exports.map(|name| Port::many::<ExportedFiles>(name).optional()))
@@ -347,6 +371,21 @@ impl Kind for ReportKind {
                 "sections",
                 "the list is empty; name \"maps\", \"tables\", \"sampling\", \"rigs\" or \"degrees\"".into(),
             ));
+        }
+        errors
+    }
+
+    fn check_inputs(parameters: &Parameters, types: &[(&str, &'static str)]) -> Vec<(&'static str, String)> {
+        let has = |port: &str| types.iter().any(|(own, _)| *own == port);
+        let mut errors = Vec::new();
+        for port in ["environment", "material"] {
+            let is_used = !has("places") || parameters.sections != [Section::Maps] || has(other(port));
+            if !has(port) && is_used {
+                errors.push(("sections", format!("need the port {port}; of probes alone, connect `places`")));
+            }
+        }
+        if has("scene") && !has("places") {
+            errors.push(("sections", "without `places` there are no probes to show in the `scene`".into()));
         }
         errors
     }
@@ -462,12 +501,24 @@ impl Kind for ReportKind {
         if has(Section::Rigs) {
             (rigs, pictures.rigs) = rigs::study(&lit, &named, &settings, &steps)?;
         }
+        let places = context.inputs.optional::<artifacts::ProbePlaces>("places")?;
+        let scene = context.inputs.optional::<artifacts::Scene>("scene")?;
+        let scene = scene.as_ref().map(|scene| &scene.0.scene);
+        let mut probes = None;
+        if let Some(places) = &places {
+            let (figures, leaks) = probe_figures::figures(&places.0, scene, reporter)?;
+            probes = Some(figures);
+            pictures.probes = Some(ProbePicture { places: &places.0, scene, leaks });
+        }
         reporter.check_cancelled()?;
         let specula = RawValue::from_string(context.recipe().to_owned())?;
         let (schema, materials, sampling) = (4, figures, noise);
-        let report = Report { schema, specula, settings, materials, pairs, tables, sampling, rigs, degrees };
+        let report =
+            Report { schema, specula, settings, materials, pairs, tables, sampling, rigs, degrees, probes };
         note(&report, reporter);
-        let title = if own.is_empty() { "Reflections".to_owned() } else { own.to_string() };
+        let subject =
+            if report.pairs.is_empty() && report.probes.is_some() { "Light probes" } else { "Reflections" };
+        let title = if own.is_empty() { subject.to_owned() } else { own.to_string() };
         let page = page::page(&title, &report, &pictures, context.recipe())?;
         let mut json = serde_json::to_vec_pretty(&report)?;
         json.push(b'\n');
@@ -505,48 +556,9 @@ fn note(report: &Report, reporter: &Reporter) {
     ));
 }
 
-/// The reflections that are compared.
-struct Reflections {
-    /// The reflections that are connected.
-    all: Vec<(ItemKey, Arc<artifacts::Reflection>)>,
-    /// The given degrees, if any, for reflections that are not connected.
-    choice: Option<Choice>,
-}
-
-impl Reflections {
-    /// Returns the reflection of a pair.
-    fn of(
-        &self,
-        lit: &Lit<'_>,
-        environment: &ItemKey,
-        material: &Studied<'_>,
-        material_key: &ItemKey,
-        reporter: &Reporter,
-    ) -> Result<Reflection, Failure> {
-        if self.all.is_empty() {
-            return reflection_of(lit, material, self.choice, reporter);
-        }
-        let found = self.all.iter().find(|(key, _)| {
-            [environment, material_key].into_iter().all(|part| names(key, part, Unnamed::Misses))
-        });
-        let Some((_, reflection)) = found else {
-            let (material, environment) = (&material.name, &lit.name);
-            return Err(Failure::new(format!(
-                "the port reflection receives no reflection of {material} under {environment}"
-            ))
-            .help(
-                "connect a convolve of the same environments and materials, or leave reflection unconnected",
-            ));
-        };
-        if let Some(difference) = light_mismatch::difference(lit.environment, &reflection.0) {
-            reporter.warn(format!("{} under {}: {difference}", material.name, lit.name));
-        }
-        if reflection.0.brdf().centre() != material.material.centre() {
-            return Err(Failure::new(format!("the reflection of {} is of another material", material.name))
-                .help("connect the material that was projected"));
-        }
-        Ok(reflection.0.clone())
-    }
+/// The port that a port is used with.
+fn other(port: &str) -> &'static str {
+    if port == "environment" { "material" } else { "environment" }
 }
 
 /// An item's name on the page: the stems of its key.

@@ -4,9 +4,12 @@
 use std::sync::Arc;
 
 use engine::Artifact;
-use stages::artifacts::{Lighting, ProbeLamps, ProbePlaces, ProbeTransport, Probes, Scene, Transfer};
+use probes::Repair;
+use stages::artifacts::{
+    LightField, Lighting, ProbeLamps, ProbePlaces, ProbeTransport, Probes, Scene, Transfer,
+};
 
-use crate::fixture::{Case, case, difference, lambert, sky_lighting};
+use crate::fixture::{Case, case, difference, environment, lambert, sky, sky_lighting};
 use crate::vertices::{pit, radiance, shaded};
 
 /// A floor, a red wall, a panel that glows and a lamp, of the square of [`crate::import_mesh::square_files`].
@@ -79,6 +82,13 @@ pub(crate) fn pattern() -> Case {
 pub(crate) fn exported() -> Case {
     let pattern: Arc<Probes> = pattern().artifact();
     case("export-probes", "preset = \"ktx2\"\nscale = 1.5").input("probes", (*pattern).clone())
+}
+
+pub(crate) fn leaks() -> Case {
+    let (scene, places): (Arc<Scene>, Arc<ProbePlaces>) = (part("shape").artifact(), places().artifact());
+    case("check-probes", "points = 300\nblend = \"bevy\"")
+        .input("scene", (*scene).clone())
+        .input("places", (*places).clone())
 }
 
 /// Every number of an artifact, tensor by tensor in the order of their names.
@@ -172,4 +182,74 @@ fn probes_light_vertices_as_a_lighting_does() {
         assert_eq!(found.len(), expected.len());
         assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-5));
     }
+}
+
+/// A mesh under probes with the same light everywhere is drawn as under a light field with that light.
+#[test]
+fn a_preview_under_probes_is_that_of_their_light() {
+    // Dimmer than the environment, from which light would come otherwise.
+    let rows =
+        sky_lighting().0.whole().coefficients().iter().map(|rgb| rgb.map(|value| 0.2 * value)).collect();
+    let series = sh::Expansion::from_coefficients(sh::Degree::new(2).unwrap(), rows).unwrap();
+    let lighting = sh::Lighting::from(series);
+    let field = LightField(transfer::LightField::new(vec![[1.5, 0.0, 0.0]], vec![lighting.whole()]).unwrap());
+    let bake = case("precompute-transfer", "directions = 512").input("mesh", pit()).artifact::<Transfer>();
+    let drawn = || {
+        case("preview", "size = 32\nsamples = 1\nmodes = [\"table\", \"transfer\"]\nlight-yaw = 30\ncamera-yaw = 180\ncamera-pitch = 30")
+            .input("environment", environment(32, sky))
+            .input("mesh", pit())
+            .input("table", crate::vertices::table(lambert(0.8)))
+            .input("transfer", (*bake).clone())
+    };
+    let codes = |case: Case| crate::preview::frames(&case.files()[0]).1[0].clone();
+    let expected = codes(drawn().input("light-field", field));
+    let found = codes(drawn().input("light-field", alike(&lighting)));
+    let apart = expected.iter().zip(&found).flat_map(|(a, b)| (0..3).map(|k| a[k].abs_diff(b[k]))).max();
+    assert!(apart <= Some(1), "{apart:?}");
+    let plain = codes(drawn());
+    assert!(plain.iter().zip(&found).any(|(a, b)| (0..3).any(|k| a[k].abs_diff(b[k]) > 8)));
+}
+
+/// A report of probes alone: every probe is counted once and every repaired one listed, and the pictures have
+/// a mark for each state.
+#[test]
+fn a_report_draws_probes() {
+    let (scene, places): (Arc<Scene>, Arc<ProbePlaces>) = (part("shape").artifact(), places().artifact());
+    let with_places = || case("report", "").input("places", (*places).clone());
+    let (json, page) = crate::report::report(&with_places().input("scene", (*scene).clone()));
+    crate::report::check_page(&page);
+    let repairs = places.0.repairs();
+    let count = |is: fn(&Repair) -> bool| repairs.iter().filter(|repair| is(repair)).count();
+    let counts = [
+        ("probes", repairs.len()),
+        ("in_place", count(|repair| *repair == Repair::None)),
+        ("moved", count(|repair| *repair == Repair::Moved)),
+        ("filled", count(|repair| matches!(repair, Repair::Filled(_)))),
+        ("lost", count(|repair| matches!(repair, Repair::Lost(_)))),
+    ];
+    for (key, expected) in counts {
+        assert_eq!(json["probes"][key], expected, "{key}");
+    }
+    assert!(counts[2].1 > 0, "{counts:?}");
+    let repaired = json["probes"]["repaired"].as_array().unwrap();
+    assert_eq!(repaired.len(), repairs.len() - counts[1].1);
+    for probe in repaired {
+        assert_ne!(repairs[probe["probe"].as_u64().unwrap() as usize], Repair::None);
+    }
+    assert_eq!(page.matches("<svg viewBox=\"0 0").count(), 2);
+    assert!(page.contains("class=\"moved\"") && page.contains("class=\"wall\""));
+    let leaks = json["probes"]["leaks"].as_array().unwrap();
+    assert_eq!(
+        leaks.iter().map(|leak| leak["blend"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["three", "bevy", "visible"]
+    );
+    // Without a scene there are no walls, and nothing is known of leaks.
+    let (json, page) = crate::report::report(&with_places());
+    crate::report::check_page(&page);
+    assert!(json["probes"]["leaks"].as_array().unwrap().is_empty() && !page.contains("class=\"wall\""));
+    // Environments are needed for the rest.
+    let errors = with_places().input("environment", environment(16, sky)).input_errors().join("; ");
+    assert!(errors.contains("need the port material"), "{errors}");
+    let errors = case("report", "").input("scene", (*scene).clone()).input_errors().join("; ");
+    assert!(errors.contains("need the port environment") && errors.contains("without `places`"), "{errors}");
 }

@@ -50,7 +50,7 @@ fn bare(parameters: &str) -> Case {
 }
 
 /// Width, height and the codes of every frame.
-fn frames(bytes: &[u8]) -> ([usize; 2], Vec<Vec<[u8; 3]>>) {
+pub(crate) fn frames(bytes: &[u8]) -> ([usize; 2], Vec<Vec<[u8; 3]>>) {
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
     let size = [reader.info().width as usize, reader.info().height as usize];
     let count = reader.info().animation_control().map_or(1, |control| control.num_frames);

@@ -6,6 +6,7 @@ use transfer::{FixedLight, Frames, LightField, Viewer};
 
 use super::vertices::{brushed, knot, tabulated, transfer_of};
 use super::*;
+use crate::LightAtPlaces;
 use crate::vertex_light::{MeshLight, ShadedMesh, VertexLight};
 
 const L: usize = 4;
@@ -67,6 +68,92 @@ fn each_vertex_has_the_light_of_its_own_place() {
             (0..3).for_each(|k| apart = apart.max((found[k] - expected[vertex][k]).abs()));
         }
         assert!(largest > 0.1 && apart < 1e-4 * largest, "{mode:?}: {apart} of {largest}");
+    }
+}
+
+/// The light of a field, by places alone.
+#[derive(Debug)]
+struct ByPlace(LightField);
+
+impl LightAtPlaces for ByPlace {
+    fn degree(&self) -> Degree {
+        self.0.degree()
+    }
+
+    fn at(&self, place: DVec3, _: DVec3) -> Expansion {
+        self.0.at(place.to_array())
+    }
+}
+
+/// Light at places is that of the field from which it is, wherever the object is, however light and object
+/// are turned, and in a mirror image.
+#[test]
+fn light_at_places_is_that_of_the_field_there() {
+    let plain = scene(field());
+    let look = &plain.objects[0].look;
+    let sizes = MapSizes { edge: 8, slices: 4 };
+    let by_place = Look::without_maps(Arc::clone(look.light()), brushed(), sizes)
+        .with_table(look.table().cloned())
+        .with_light_at_places(Some(Arc::new(ByPlace(field()))));
+    let by_place = Arc::new(by_place);
+    let turn = Rotation::from_yaw_pitch_roll(0.7, -0.3, 0.2);
+    for mode in [Mode::Table, Mode::Transfer] {
+        let object = |look: &Arc<Look>| {
+            let place = DAffine3::from_scale_rotation_translation(
+                DVec3::new(-0.7, 0.7, 0.7),
+                glam::DQuat::from_rotation_x(0.8),
+                DVec3::new(0.2, -0.1, 0.1),
+            );
+            let mut object = placed(&plain.objects[0].mesh, place, look);
+            object.transfer = plain.objects[0].transfer.clone();
+            Scene { light: Arc::clone(look.light()), objects: vec![object] }
+        };
+        let shot = Shot { turn, ..shot([30, 30], Show::One(mode)) };
+        let [found, expected] = [&by_place, look].map(|look| render(&object(look), &shot));
+        let pairs = found.radiance.as_flattened().iter().zip(expected.radiance.as_flattened());
+        let apart = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);
+        assert!(apart < 1e-4, "{mode:?}: {apart}");
+    }
+}
+
+/// The normals of places are those of the surface, in the coordinates of the light, also if an object is
+/// stretched or turned.
+#[test]
+fn places_have_the_normals_of_the_surface() {
+    #[derive(Debug)]
+    struct Seen(std::sync::Mutex<Vec<[DVec3; 2]>>);
+    impl LightAtPlaces for Seen {
+        fn degree(&self) -> Degree {
+            Degree::ZERO
+        }
+
+        fn at(&self, place: DVec3, normal: DVec3) -> Expansion {
+            self.0.lock().unwrap().push([place, normal]);
+            Expansion::zero(Degree::ZERO)
+        }
+    }
+    let seen = Arc::new(Seen(Default::default()));
+    let look = scene(field()).objects[0].look.clone();
+    let sizes = MapSizes { edge: 8, slices: 4 };
+    let look = Look::without_maps(Arc::clone(look.light()), brushed(), sizes)
+        .with_table(look.table().cloned())
+        .with_light_at_places(Some(Arc::clone(&seen) as Arc<dyn LightAtPlaces>));
+    let (quarter, centre) = (glam::DQuat::from_rotation_z(0.5), DVec3::new(3.0, 1.0, 2.0));
+    let place = DAffine3::from_scale_rotation_translation(DVec3::splat(2.0), quarter, centre);
+    let mesh = sphere();
+    let radius = mesh.positions()[0].map(f64::from);
+    let radius = DVec3::from(radius).length();
+    let object = placed(&mesh, place, &Arc::new(look));
+    let turn = Rotation::from_yaw_pitch_roll(0.4, 0.1, 0.0);
+    let shot = Shot { turn, ..shot([8, 8], Show::One(Mode::Table)) };
+    VertexLight::new(ShadedMesh::new(&object, Mode::Table).unwrap()).unwrap().update(&object, &shot);
+    let seen = seen.0.lock().unwrap();
+    assert_eq!(seen.len(), mesh.positions().len());
+    for [place, normal] in seen.iter() {
+        // The ball around the turned centre.
+        let centre = turn.inverse().matrix() * centre;
+        let expected = (*place - centre) / (2.0 * radius);
+        assert!((expected - *normal).length() < 1e-5, "{expected} {normal}");
     }
 }
 
@@ -136,7 +223,7 @@ fn an_object_takes_the_light_of_where_it_is() {
         let shot = shot([8, 8], Show::One(Mode::Table));
         match ShadedMesh::new(&object, Mode::Table).unwrap().view(&object, &shot).light {
             MeshLight::Near(field) => field.at([0.0; 3]),
-            MeshLight::Distant(_) => panic!("a field"),
+            MeshLight::Distant(_) | MeshLight::AtPlaces(_) => panic!("a field"),
         }
     };
     for y in [1.2, -0.4] {

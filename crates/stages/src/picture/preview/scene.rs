@@ -6,6 +6,7 @@ use engine::{Context, Digest, Failure, Inputs};
 use envmap::Environment;
 use preview::{CompactMap, Look, MapSizes, Mode, Scene};
 
+use super::probes_at_places::ProbesAtPlaces;
 use super::values::BuiltInMesh;
 use crate::light::{light, light_mismatch};
 use crate::values::{artifacts, blend};
@@ -82,23 +83,23 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
         None => None,
     };
     let look = look.with_table(table).with_compact_map(compact_map).with_base_color(texture);
-    let look = look.with_light_field(light_field(settings, context)?);
+    let look = near_light(look, settings, context)?;
     let scene = Scene::of(Arc::new(mesh), Arc::new(look));
     Ok(scene.with_transfer(transfer).with_blend(blend))
 }
 
-/// The light field, if one is connected; a mode ought to show it.
-fn light_field(
-    settings: &SceneSettings,
-    context: &Context<'_>,
-) -> Result<Option<Arc<transfer::LightField>>, Failure> {
-    let Some(field) = context.inputs.optional::<artifacts::LightField>("light-field")? else {
-        return Ok(None);
-    };
+/// The look under the light field or the probes, if they are connected; a mode ought to show them.
+fn near_light(look: Look, settings: &SceneSettings, context: &Context<'_>) -> Result<Look, Failure> {
+    let Some(found) = context.inputs.type_at("light-field") else { return Ok(look) };
     if !settings.modes.iter().any(|mode| mode.looks_up_table()) {
         context.reporter.warn("no mode shows the light-field: \"table\" and \"transfer\" do");
     }
-    Ok(Some(Arc::new(field.0.clone())))
+    if found == <artifacts::Probes as engine::Artifact>::TYPE {
+        let probes = context.inputs.get::<artifacts::Probes>("light-field")?.0.clone();
+        return Ok(look.with_light_at_places(Some(Arc::new(ProbesAtPlaces::new(probes)?))));
+    }
+    let field = context.inputs.get::<artifacts::LightField>("light-field")?.0.clone();
+    Ok(look.with_light_field(Some(Arc::new(field))))
 }
 
 /// The compact map of a scale space and taps, if both are connected; the scale space ought to be that of this

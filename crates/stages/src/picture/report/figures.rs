@@ -5,6 +5,7 @@ use serde_json::value::RawValue;
 
 use crate::picture::report::degree_figures::DegreeFigures;
 pub(crate) use crate::picture::report::errors::{Errors, Limits};
+use crate::picture::report::probe_figures::ProbeFigures;
 use crate::values::quantity::size;
 
 /// Everything that was measured.
@@ -25,6 +26,9 @@ pub(crate) struct Report {
     pub(crate) rigs: Vec<RigFigures>,
     /// What truncations to degrees lose, with `sections = ["degrees"]`. Empty otherwise.
     pub(crate) degrees: DegreeFigures,
+    /// Light probes, if `places` is connected.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) probes: Option<ProbeFigures>,
 }
 
 /// The settings of the measurement.

@@ -13,9 +13,11 @@ use crate::picture::report::degree_pictures::DegreePictures;
 use crate::picture::report::figures::{Method, PairFigures, Report};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::difference;
+use crate::picture::report::probes_section::ProbePicture;
 use crate::picture::report::rig_pictures::RigPictures;
 use crate::picture::report::{
-    degrees_section, rigs_section, sampling_section, summary_section, tables_section, trade_section,
+    degrees_section, probes_section, rigs_section, sampling_section, summary_section, tables_section,
+    trade_section,
 };
 use crate::values::percent;
 
@@ -30,20 +32,22 @@ pub(crate) struct Pictures {
 
 /// The pictures of all sections.
 #[derive(Default)]
-pub(crate) struct PagePictures {
+pub(crate) struct PagePictures<'a> {
     /// The pictures of maps, in the order of the report's pairs.
     pub(crate) maps: Vec<Pictures>,
     pub(crate) tables: TablePictures,
     /// The pictures of rigs, in the order of the report's rigs.
     pub(crate) rigs: Vec<RigPictures>,
     pub(crate) degrees: DegreePictures,
+    /// The picture of the probes, if there are any.
+    pub(crate) probes: Option<ProbePicture<'a>>,
 }
 
 /// The HTML of a report.
 pub(crate) fn page(
     title: &str,
     report: &Report,
-    pictures: &PagePictures,
+    pictures: &PagePictures<'_>,
     recipe: &str,
 ) -> Result<String, Failure> {
     let mut page = Markup::default();
@@ -72,6 +76,10 @@ pub(crate) fn page(
     }
     if !report.rigs.is_empty() {
         rigs_section::section(&mut page, report, &pictures.rigs)?;
+    }
+    if let (Some(figures), Some(picture)) = (&report.probes, &pictures.probes) {
+        let is_first = report.pairs.is_empty() && report.tables.is_empty() && report.rigs.is_empty();
+        probes_section::section(&mut page, is_first, figures, picture);
     }
     if !report.pairs.is_empty() {
         terms(&mut page, report);
