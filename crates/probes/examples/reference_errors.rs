@@ -115,7 +115,12 @@ fn main() {
                 let expected = flat(&expected(&format!("bounces_{k}")));
                 sums.iter_mut().flatten().zip(&expected).for_each(|(sum, value)| *sum += value);
                 let up_to = relative(&flat(&found), &flat(&sums));
-                println!("    bounces {k}: {:.5}, up to {k}: {up_to:.5}", relative(&own, &expected));
+                // The standard error of the file for all light, next to the light of this bounce.
+                let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+                let files = json["relative_standard_error"]["transfer"].as_f64().unwrap();
+                let files = files * size(&flat(&all)) / size(&expected);
+                let error = relative(&own, &expected);
+                println!("    bounces {k}: {error:.5} (the file's up to {files:.5}), up to {k}: {up_to:.5}");
                 before = found;
             }
         }
