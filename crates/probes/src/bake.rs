@@ -126,7 +126,7 @@ impl<'a> BakeProbe<Option<Vec<Cache>>, Blocks<'a>, Baked> for BakeTransport<'a> 
         block: usize,
         indices: Range<u32>,
     ) {
-        let cache = caches.as_ref().map(|caches| &caches[block]);
+        let cache = caches.as_ref().map(|caches| (&caches[block], indices.end));
         let (numbers, sums) = &mut blocks[block];
         for index in indices {
             self.paths.trace(Vec3::from(self.positions[probe]), numbers, index, cache, sums);

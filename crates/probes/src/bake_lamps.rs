@@ -118,7 +118,7 @@ impl<'a> BakeProbe<Option<Vec<Cache>>, ProbeState<'a>, Baked> for BakeLamp<'a> {
         indices: Range<u32>,
     ) {
         let place = Vec3::from(self.positions[probe]);
-        let cache = caches.as_ref().map(|caches| &caches[block]);
+        let cache = caches.as_ref().map(|caches| (&caches[block], indices.end));
         let (numbers, sums) = &mut state.blocks[block];
         indices.for_each(|index| self.paths.trace(place, numbers, index, cache, sums));
     }

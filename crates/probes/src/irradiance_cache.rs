@@ -11,8 +11,8 @@
 //! transport at once. Rays that meet no point near enough are stood for by one of them, whose place becomes a
 //! point with fewer rays of its own.
 //!
-//! The light of a point is that of its place alone, so that the mean over seeds is blurred over the distance
-//! from a place to its point; nothing is lost or added. `tests/reference.rs` has the size of that bias.
+//! The light of a point is that of its place alone, so that in the mean over seeds it is blurred over the part
+//! of the surface for which a point stands. `tests/reference.rs` has the size of that bias.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -26,9 +26,6 @@ use crate::paths::{Met, PathRay, Paths, Visitor};
 use crate::random::{hash, share_of};
 use crate::surface_points::SurfacePoints;
 use crate::surfaces::{Place, Surfaces};
-
-/// How far a point may be from a place that a ray meets, as a share of the ray's length.
-const CLOSE: f32 = 1e9;
 
 /// How often places without a point become points, one after the other.
 const GENERATIONS: usize = 4;
@@ -46,9 +43,12 @@ const MOST_BOUNCES: u32 = 1024;
 /// The light of points.
 pub(crate) struct Cache {
     points: SurfacePoints,
-    /// The mean radiance that arrives at each point, weighted by the cosine: [point, number].
-    light: Vec<f32>,
+    /// The mean radiance that arrives at each point, weighted by the cosine, for places that paths come to
+    /// first, and for those after one reflection more: [point, number].
+    light: [Vec<f32>; 2],
     length: usize,
+    /// The rays of a point.
+    rays: u32,
 }
 
 /// How the light of points is computed.
@@ -120,14 +120,27 @@ impl Cache {
             }
         }
         let mut light = bounced(&traced, &albedo, options, paths.bounces, stop)?;
-        light.truncate(own * length);
-        Ok(Self { points, light, length })
+        light.iter_mut().for_each(|light| light.truncate(own * length));
+        Ok(Self { points, light, length, rays: options.rays })
     }
 
-    /// The light of the point that stands for what a ray met.
-    pub(crate) fn find(&self, surfaces: &Surfaces<'_>, met: &Met) -> Option<&[f32]> {
-        let point = self.points.find(surfaces, &met.place, CLOSE * met.distance)?;
-        self.light.get(point * self.length..(point + 1) * self.length)
+    /// The light of the point that stands for the place that a ray met after some reflections.
+    ///
+    /// `None` if there is no such point, or if so many of the rays from one place meet the same point that those
+    /// of a path from each of them are more: `directions` is how many rays there are in a steradian.
+    pub(crate) fn find(
+        &self,
+        surfaces: &Surfaces<'_>,
+        met: &Met,
+        reflections: u32,
+        directions: f32,
+    ) -> Option<&[f32]> {
+        let light = self.light.get(reflections as usize)?;
+        if directions * self.points.area * met.cosine > self.rays as f32 * met.distance * met.distance {
+            return None;
+        }
+        let point = self.points.find(surfaces, &met.place)?;
+        light.get(point * self.length..(point + 1) * self.length)
     }
 }
 
@@ -168,8 +181,7 @@ impl Paths<'_> {
             self.sample_emitters(place, &ray, shadows.get(index), &mut light);
             ray.leaves(place, u, v);
             let Some(met) = self.meet(&mut ray, &mut light) else { continue };
-            let reach = if is_last { f32::INFINITY } else { CLOSE * met.distance };
-            match points.find(self.surfaces, &met.place, reach) {
+            match points.find(self.surfaces, &met.place) {
                 Some(point) if ray.throughput == [1.0; 3] => links.push(point as u32),
                 Some(point) => tinted.push((point as u32, ray.throughput)),
                 None if is_last => lost += 1,
@@ -189,23 +201,25 @@ impl Paths<'_> {
     }
 }
 
-/// The light of all points after up to `bounces` reflections, of which the last is that at the place of a
-/// path.
+/// The light of all points of up to `bounces` reflections, of which the last is that at the place of a path;
+/// and of one less.
 fn bounced(
     traced: &[Traced],
     albedo: &[[f32; 3]],
     options: &CacheOptions<'_>,
     bounces: Option<u32>,
     stop: Stop<'_>,
-) -> Result<Vec<f32>, BakeError> {
+) -> Result<[Vec<f32>; 2], BakeError> {
     let length = options.channels.len();
     let mut light: Vec<f32> = Vec::with_capacity(traced.len() * length);
     traced.iter().for_each(|point| light.extend(&point.direct));
     let mut sum = if options.with_direct { light.clone() } else { vec![0.0; light.len()] };
     let mut before = sizes(&light, length);
     let mut next = vec![0.0; light.len()];
+    let mut sum_before = vec![0.0; light.len()];
     for _ in 1..bounces.unwrap_or(MOST_BOUNCES) {
         stop_now(stop)?;
+        sum_before.copy_from_slice(&sum);
         light.par_chunks_exact_mut(length).zip(albedo).for_each(|(light, albedo)| {
             for (number, channel) in light.iter_mut().zip(options.channels) {
                 *number *= albedo[usize::from(*channel) % 3];
@@ -240,7 +254,10 @@ fn bounced(
             }
         }
     }
-    Ok(sum)
+    if bounces.is_none() {
+        sum_before.copy_from_slice(&sum);
+    }
+    Ok([sum, sum_before])
 }
 
 /// The sum of the magnitudes of the numbers of each point.

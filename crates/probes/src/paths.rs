@@ -110,6 +110,8 @@ pub(crate) struct Met {
     pub(crate) albedo: [f32; 3],
     /// The length of the ray in metres.
     pub(crate) distance: f32,
+    /// The cosine between the ray and the normal.
+    pub(crate) cosine: f32,
 }
 
 impl Met {
@@ -119,14 +121,14 @@ impl Met {
 }
 
 impl Paths<'_> {
-    /// Traces a path of a block from a place. With a cache, it ends at the first surface that has a point
-    /// there.
+    /// Traces a path of a block from a place. With a cache, which comes with the number of paths of the block,
+    /// it ends at the first surface or the second one if there is a point.
     pub(crate) fn trace(
         &self,
         from: Vec3,
         numbers: &Numbers,
         index: u32,
-        cache: Option<&Cache>,
+        cache: Option<(&Cache, u32)>,
         visitor: &mut impl Visitor,
     ) {
         let [u, v, next_u, next_v] = numbers.first.get(index);
@@ -154,9 +156,10 @@ impl Paths<'_> {
             if self.bounces.is_some_and(|most| ray.reflections >= most) {
                 return;
             }
-            // What is in the cache has all reflections, or one less than a path may have.
-            let point = cache.filter(|_| ray.reflections == 0 || self.bounces.is_none());
-            let point = point.and_then(|cache| cache.find(self.surfaces, &met));
+            let point = cache.and_then(|(cache, rays)| {
+                let in_steradian = if ray.reflections == 0 { rays as f32 * 0.25 * FRAC_1_PI } else { 0.0 };
+                cache.find(self.surfaces, &met, ray.reflections, in_steradian)
+            });
             ray.reflections += 1;
             ray.throughput = times(ray.throughput, met.albedo);
             visitor.reflects(self.surfaces, &met.place, ray.throughput.map(|light| light * FRAC_1_PI));
@@ -204,7 +207,7 @@ impl Paths<'_> {
             visitor.emission(column, times(ray.throughput, emission.map(|e| e * weight)), ray.reflections);
         }
         let albedo = self.surfaces.albedo(&place, area);
-        let met = Met { place, albedo, distance: hit.distance };
+        let met = Met { place, albedo, distance: hit.distance, cosine };
         (met.largest_albedo() > 0.0).then_some(met)
     }
 
