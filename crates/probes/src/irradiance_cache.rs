@@ -15,6 +15,7 @@
 //! of the surface for which a point stands. `tests/reference.rs` has the size of that bias.
 
 use std::f32::consts::FRAC_1_PI;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use sampling::PointsOfFour;
@@ -55,7 +56,7 @@ pub(crate) struct Cache {
 pub(crate) struct CacheOptions<'a> {
     /// The points, at least.
     pub(crate) points: usize,
-    /// The rays of a point.
+    /// The rays of a point: a power of two, so that those of neighbouring points are evenly spread together.
     pub(crate) rays: u32,
     pub(crate) seed: u64,
     /// Whether light straight from sources is part of it.
@@ -92,18 +93,18 @@ impl Cache {
     ) -> Result<Self, BakeError> {
         let points = SurfacePoints::new(paths.surfaces, options.points, hash(options.seed));
         let length = options.channels.len();
+        let mut next: Vec<(Place, (u64, u32))> = points.all().collect();
         let mut albedo: Vec<[f32; 3]> =
-            points.places().par_iter().map(|place| paths.surfaces.albedo(place, points.area)).collect();
+            next.par_iter().map(|(place, _)| paths.surfaces.albedo(place, points.area)).collect();
         let own = albedo.len();
         let mut traced: Vec<Traced> = Vec::new();
-        let mut next = points.places().to_vec();
         for generation in 0..=GENERATIONS {
-            let rays = if generation == 0 { options.rays } else { (options.rays / 8).max(4) };
-            let seed = hash(options.seed ^ (generation as u64 + 1));
+            let rays = if generation == 0 { options.rays } else { (options.rays / 4).max(4) };
             let is_last = generation == GENERATIONS;
-            let trace = |place: &Place| {
+            let trace = |(place, (seed, at)): &(Place, (u64, u32))| {
                 stop_now(stop)?;
-                Ok(paths.trace_point(place, rays, place_seed(place, seed), &points, is_last, light()))
+                let indices = at * rays..(at + 1) * rays;
+                Ok(paths.trace_point(place, indices, *seed, &points, is_last, light()))
             };
             let mut found = next.par_iter().map(trace).collect::<Result<Vec<Traced>, BakeError>>()?;
             next.clear();
@@ -111,7 +112,7 @@ impl Cache {
                 if let Some((place, own, share)) = traced.other.take() {
                     traced.tinted.push((albedo.len() as u32, share));
                     albedo.push(own);
-                    next.push(place);
+                    next.push((place, (place_seed(&place, options.seed), 0)));
                 }
             }
             traced.extend(found);
@@ -158,17 +159,18 @@ impl Paths<'_> {
     fn trace_point<L: PointLight>(
         &self,
         place: &Place,
-        rays: u32,
+        indices: Range<u32>,
         seed: u64,
         points: &SurfacePoints,
         is_last: bool,
         mut light: L,
     ) -> Traced {
         let [directions, shadows] = [0, 1].map(|set| PointsOfFour::new(hash(seed ^ set)));
+        let rays = indices.len() as u32;
         light.reflects(self.surfaces, place, [rays as f32 * FRAC_1_PI; 3]);
         let (mut links, mut tinted) = (Vec::new(), Vec::new());
         let (mut other, mut others, mut lost) = (None, 0.0, 0);
-        for index in 0..rays {
+        for index in indices {
             let [u, v, ..] = directions.get(index);
             let mut ray = PathRay {
                 origin: place.start(),

@@ -148,7 +148,7 @@ impl BakeOptions {
     /// some triangles: each quarter of the paths brings half as many of both, and details bring points.
     pub(crate) fn cache_size(paths: u32, triangles: usize) -> (usize, u32) {
         let root = (paths as f32).sqrt();
-        ((128.0 * root) as usize + triangles.min(1 << 18) / 16, ((0.25 * root) as u32).max(8))
+        ((128.0 * root) as usize + triangles.min(1 << 18) / 16, ((0.5 * root) as u32).max(4).next_power_of_two())
     }
 }
 

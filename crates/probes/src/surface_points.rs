@@ -40,6 +40,9 @@ const MOST_CELLS: f32 = 64.0;
 pub(crate) struct SurfacePoints {
     /// Those of large triangles, part by part, and those of small ones in the order of the grid's cells.
     places: Vec<Place>,
+    /// A seed for the numbers of each point, and its place among the points of the same seed: those of
+    /// neighbouring parts of a triangle are next to each other.
+    sequences: Vec<(u64, u32)>,
     of_triangle: Vec<OfTriangle>,
     /// The first point of each cell, x fastest, and the end.
     first: Vec<u32>,
@@ -72,6 +75,7 @@ impl SurfacePoints {
         let area = area_of_each(&areas, count);
         let most = LARGEST_SHARE * count as f64;
         let (mut places, mut small, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
+        let mut sequences = Vec::new();
         for triangle in triangles {
             let own = areas[triangle as usize] / area;
             let corners = surfaces.parts.triangles[triangle as usize];
@@ -100,13 +104,14 @@ impl SurfacePoints {
                 };
                 if is_large {
                     let parts = 0..1 << halvings;
+                    sequences.extend(parts.clone().map(|part| (hash(seed ^ !side), part)));
                     places.extend(parts.map(|part| point(part, corners_of_part(&corners, part, halvings))));
                 } else if f64::from(share_of(hash(seed ^ !side))) < own {
-                    small.push(point(0, WHOLE));
+                    small.push((point(0, WHOLE), (hash(!seed ^ side), 0)));
                 }
             }
         }
-        let corners = || small.iter().map(|place: &Place| place.position);
+        let corners = || small.iter().map(|(place, _): &(Place, _)| place.position);
         let least = corners().fold(Vec3::INFINITY, Vec3::min);
         let extent = (corners().fold(Vec3::NEG_INFINITY, Vec3::max) - least).max(Vec3::ZERO);
         let reach = REACH * (area as f32).sqrt();
@@ -114,24 +119,28 @@ impl SurfacePoints {
         let counts = extent.to_array().map(|extent| (extent * scale) as usize + 1);
         let area = area as f32;
         let mut points =
-            Self { places, of_triangle, first: Vec::new(), least, counts, scale, reach, area };
-        points.add_small(&small);
+            Self { places, sequences, of_triangle, first: Vec::new(), least, counts, scale, reach, area };
+        points.add_small(small);
         points
     }
 
-    fn add_small(&mut self, small: &[Place]) {
+    fn add_small(&mut self, small: Vec<(Place, (u64, u32))>) {
         let cell = |place: &Place| {
             let [x, y, z] = self.cell(place.position);
             (z * self.counts[1] + y) * self.counts[0] + x
         };
-        let mut order: Vec<(usize, Place)> = small.iter().map(|place| (cell(place), *place)).collect();
+        let mut order: Vec<(usize, (Place, (u64, u32)))> =
+            small.into_iter().map(|point| (cell(&point.0), point)).collect();
         order.sort_by_key(|(cell, _)| *cell);
         let cells: usize = self.counts.iter().product();
         self.first = vec![0; cells + 1];
         order.iter().for_each(|(cell, _)| self.first[cell + 1] += 1);
         self.first[0] = self.places.len() as u32;
         (0..cells).for_each(|cell| self.first[cell + 1] += self.first[cell]);
-        self.places.extend(order.into_iter().map(|(_, place)| place));
+        for (_, (place, sequence)) in order {
+            self.places.push(place);
+            self.sequences.push(sequence);
+        }
     }
 
     /// The cell of a place, or the nearest one.
@@ -140,9 +149,9 @@ impl SurfacePoints {
         [0, 1, 2].map(|axis| (at[axis].max(0.0) as usize).min(self.counts[axis] - 1))
     }
 
-    /// The points.
-    pub(crate) fn places(&self) -> &[Place] {
-        &self.places
+    /// The points, each with a seed and its place among the points of that seed.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (Place, (u64, u32))> {
+        self.places.iter().copied().zip(self.sequences.iter().copied())
     }
 
     /// The point that stands for a place.
