@@ -1,4 +1,5 @@
-//! The light that arrives at points on surfaces, of all reflections, so that one ray of a path finds it there.
+//! The light that arrives at points on surfaces, of all reflections, so that one ray of a path finds it
+//! there.
 //!
 //! Ward, Rubinstein and Clear, "A ray tracing solution for diffuse interreflection" (1988), with points that
 //! are chosen beforehand and an exact account of reflections. Rays leave each point with the density
@@ -11,22 +12,28 @@
 //! transport at once. Rays that meet no point near enough are stood for by one of them, whose place becomes a
 //! point with fewer rays of its own.
 //!
-//! The light of a point is that of its place alone, so that in the mean over seeds it is blurred over the part
-//! of the surface for which a point stands. `tests/reference.rs` has the size of that bias.
+//! The light of a point is that of its place alone, so that in the mean over seeds it is blurred over the
+//! part of the surface for which a point stands. `tests/reference.rs` has the size of that bias.
 
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
 use rayon::prelude::*;
 use sampling::PointsOfFour;
-use sh::Stop;
+use sh::{Stop, Stopped};
 
 use crate::material::MOST_ALBEDO;
-use crate::options::BakeError;
-use crate::paths::{Met, PathRay, Paths, Visitor};
+use crate::paths::{Met, PathRay, Paths, Visitor, around};
 use crate::random::{hash, share_of};
 use crate::surface_points::SurfacePoints;
 use crate::surfaces::{Place, Surfaces};
+
+/// The rays of a point toward the sky for each that finds what it meets: whether anything is in the way takes
+/// a fraction of the time.
+pub(crate) const SKY_RAYS: u32 = 4;
+
+/// How often it is asked whether to stop, about, while a cache is made.
+pub(crate) const STEPS: usize = 64;
 
 /// How often places without a point become points, one after the other.
 const GENERATIONS: usize = 4;
@@ -67,6 +74,9 @@ pub(crate) struct CacheOptions<'a> {
 
 /// Collects the light that arrives at a point straight from sources, in the numbers of a point.
 pub(crate) trait PointLight: Visitor {
+    /// Whether there is light of the sky, of which there are [`SKY_RAYS`] estimates for each other one.
+    const HAS_SKY: bool;
+
     fn numbers(self) -> Vec<f32>;
 }
 
@@ -90,7 +100,7 @@ impl Cache {
         options: &CacheOptions<'_>,
         light: impl Fn() -> L + Sync,
         stop: Stop<'_>,
-    ) -> Result<Self, BakeError> {
+    ) -> Result<Self, Stopped> {
         let points = SurfacePoints::new(paths.surfaces, options.points, hash(options.seed));
         let length = options.channels.len();
         let mut next: Vec<(Place, (u64, u32))> = points.all().collect();
@@ -102,11 +112,18 @@ impl Cache {
             let rays = if generation == 0 { options.rays } else { (options.rays / 4).max(4) };
             let is_last = generation == GENERATIONS;
             let trace = |(place, (seed, at)): &(Place, (u64, u32))| {
-                stop_now(stop)?;
-                let indices = at * rays..(at + 1) * rays;
-                Ok(paths.trace_point(place, indices, *seed, &points, is_last, light()))
+                // The rays toward the sky alone have the next indices.
+                let first = at.wrapping_mul(SKY_RAYS * rays);
+                let indices = first..first.wrapping_add(rays);
+                paths.trace_point(place, indices, *seed, &points, is_last, light())
             };
-            let mut found = next.par_iter().map(trace).collect::<Result<Vec<Traced>, BakeError>>()?;
+            let chunk = |chunk: &[(Place, (u64, u32))]| {
+                stop.check()?;
+                Ok(chunk.iter().map(trace).collect())
+            };
+            let chunks = next.par_chunks(next.len().div_ceil(STEPS).max(1)).map(chunk);
+            let found = chunks.collect::<Result<Vec<Vec<Traced>>, Stopped>>()?;
+            let mut found: Vec<Traced> = found.into_iter().flatten().collect();
             next.clear();
             for traced in &mut found {
                 if let Some((place, own, share)) = traced.other.take() {
@@ -127,7 +144,7 @@ impl Cache {
 
     /// The light of the point that stands for the place that a ray met after some reflections.
     ///
-    /// `None` if there is no such point, or if so many of the rays from one place meet the same point that those
+    /// There may be no such point, or so many of the rays from one place meet the same point that those
     /// of a path from each of them are more: `directions` is how many rays there are in a steradian.
     pub(crate) fn find(
         &self,
@@ -143,10 +160,6 @@ impl Cache {
         let point = self.points.find(surfaces, &met.place)?;
         light.get(point * self.length..(point + 1) * self.length)
     }
-}
-
-fn stop_now(stop: Stop<'_>) -> Result<(), BakeError> {
-    Ok(stop.check()?)
 }
 
 /// The seed of a point: that of its place.
@@ -166,7 +179,7 @@ impl Paths<'_> {
         mut light: L,
     ) -> Traced {
         let [directions, shadows] = [0, 1].map(|set| PointsOfFour::new(hash(seed ^ set)));
-        let rays = indices.len() as u32;
+        let (rays, end) = (indices.len() as u32, indices.end);
         light.reflects(self.surfaces, place, [rays as f32 * FRAC_1_PI; 3]);
         let (mut links, mut tinted) = (Vec::new(), Vec::new());
         let (mut other, mut others, mut lost) = (None, 0.0, 0);
@@ -196,6 +209,15 @@ impl Paths<'_> {
                 }
             }
         }
+        if L::HAS_SKY {
+            for index in end..end.wrapping_add((SKY_RAYS - 1) * rays) {
+                let [u, v, ..] = directions.get(index);
+                let direction = around(place.normal, u, v);
+                if let Some(left) = self.surfaces.between(place.start(), direction, f32::INFINITY) {
+                    light.sky(direction, left);
+                }
+            }
+        }
         let other = other.map(|(place, albedo, share)| (place, albedo, share.map(|share| share * others)));
         let mut direct = light.numbers();
         direct.iter_mut().for_each(|number| *number /= rays as f32);
@@ -211,7 +233,7 @@ fn bounced(
     options: &CacheOptions<'_>,
     bounces: Option<u32>,
     stop: Stop<'_>,
-) -> Result<[Vec<f32>; 2], BakeError> {
+) -> Result<[Vec<f32>; 2], Stopped> {
     let length = options.channels.len();
     let mut light: Vec<f32> = Vec::with_capacity(traced.len() * length);
     traced.iter().for_each(|point| light.extend(&point.direct));
@@ -220,7 +242,7 @@ fn bounced(
     let mut next = vec![0.0; light.len()];
     let mut sum_before = vec![0.0; light.len()];
     for _ in 1..bounces.unwrap_or(MOST_BOUNCES) {
-        stop_now(stop)?;
+        stop.check()?;
         sum_before.copy_from_slice(&sum);
         light.par_chunks_exact_mut(length).zip(albedo).for_each(|(light, albedo)| {
             for (number, channel) in light.iter_mut().zip(options.channels) {
@@ -249,7 +271,9 @@ fn bounced(
             let rest = rests(&before, &now, &sizes(&sum, length));
             before = now;
             if let Some(rest) = rest {
-                for ((sum, light), rest) in sum.chunks_exact_mut(length).zip(light.chunks_exact(length)).zip(rest) {
+                for ((sum, light), rest) in
+                    sum.chunks_exact_mut(length).zip(light.chunks_exact(length)).zip(rest)
+                {
                     sum.iter_mut().zip(light).for_each(|(sum, number)| *sum += rest * number);
                 }
                 break;
@@ -267,9 +291,9 @@ fn sizes(light: &[f32], length: usize) -> Vec<f32> {
     light.par_chunks_exact(length).map(|light| light.iter().map(|number| number.abs()).sum()).collect()
 }
 
-/// How much of the light after the last reflection the light after all further ones is, at each point: that of
-/// a geometric series, which it comes close to, in each room with its own ratio. `None` as long as it is not
-/// small.
+/// How much of the light after the last reflection the light after all further ones is, at each point: that
+/// of a geometric series, which it comes close to, in each room with its own ratio. `None` as long as it is
+/// not small.
 fn rests(before: &[f32], now: &[f32], sum: &[f32]) -> Option<Vec<f32>> {
     let rest = |(before, now): (&f32, &f32)| {
         let ratio = if *now > 0.0 { (now / before).min(MOST_RATIO) } else { 0.0 };

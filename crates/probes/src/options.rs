@@ -5,6 +5,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 use sh::{Degree, Stop, Stopped};
 
+use crate::irradiance_cache::STEPS;
+
 /// The independent blocks that the paths of a probe are divided into.
 pub(crate) const BLOCKS: usize = 4;
 
@@ -95,6 +97,11 @@ impl BakeOptions {
         }
     }
 
+    /// About how often a bake of some probes asks whether to stop, without [`BakeOptions::error`].
+    pub fn steps(&self, probes: usize) -> usize {
+        probes + if self.bounces == Some(0) { 0 } else { BLOCKS * STEPS }
+    }
+
     /// Bakes `count` probes in rounds, each of which doubles the paths of those whose error is not yet small
     /// enough. `prepare` makes what a round with so many paths has in common, for each block, `start` the
     /// state of a probe, and `finish` makes its result with the number of paths and the error. `stop` is
@@ -148,7 +155,10 @@ impl BakeOptions {
     /// some triangles: each quarter of the paths brings half as many of both, and details bring points.
     pub(crate) fn cache_size(paths: u32, triangles: usize) -> (usize, u32) {
         let root = (paths as f32).sqrt();
-        ((128.0 * root) as usize + triangles.min(1 << 18) / 16, ((0.5 * root) as u32).max(4).next_power_of_two())
+        (
+            (128.0 * root) as usize + triangles.min(1 << 18) / 16,
+            ((0.5 * root) as u32).max(4).next_power_of_two(),
+        )
     }
 }
 

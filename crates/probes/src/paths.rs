@@ -6,6 +6,10 @@
 //! factor of a reflection. After [`ROULETTE_AFTER`] reflections a path ends with the chance 1 - albedo, and
 //! what goes on is divided by the chance to do so: the mean stays what it was (Arvo and Kirk, "Particle
 //! transport and image synthesis", 1990).
+//!
+//! With a cache of the light at surfaces ([`crate::irradiance_cache`]), a path ends at the first one: what
+//! is left of it is then the choice of a direction. A point of the cache has few rays, so that a path goes
+//! on to the next surface if more rays than these come to the same point.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -121,8 +125,8 @@ impl Met {
 }
 
 impl Paths<'_> {
-    /// Traces a path of a block from a place. With a cache, which comes with the number of paths of the block,
-    /// it ends at the first surface or the second one if there is a point.
+    /// Traces a path of a block from a place. With a cache, which comes with the number of paths of the
+    /// block, it ends at the first surface or the second one if there is a point.
     pub(crate) fn trace(
         &self,
         from: Vec3,
@@ -261,7 +265,7 @@ fn uniform(u: f32, v: f32) -> Vec3 {
 /// A direction around a normal with the density cosine / pi for uniform numbers.
 ///
 /// The frame is that of Duff et al., "Building an orthonormal basis, revisited" (2017).
-fn around(normal: Vec3, u: f32, v: f32) -> Vec3 {
+pub(crate) fn around(normal: Vec3, u: f32, v: f32) -> Vec3 {
     let (radius, (sine, cosine)) = (u.sqrt(), math::sin_cos(TAU * v));
     let height = (1.0 - u).max(0.0).sqrt().max(1e-4);
     let Vec3 { x, y, z } = normal;

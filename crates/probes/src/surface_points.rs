@@ -1,22 +1,23 @@
 //! Points on the surfaces of a scene, of which each stands for the surface around it.
 //!
-//! A triangle is halved at its longest edge until its parts are as small as the area of a point, and each part
-//! has a point, uniform in it: in the mean over seeds, the light of a part is that of the points of the part,
-//! and nothing is lost or added at the edges of a surface, as it were if places took the nearest point.
-//! Smaller triangles have points at random, in proportion to their area, and their places do take the nearest
-//! one that faces the same way and lies in the same plane or nearly so. Nothing may be between a place and its
-//! point: light does not pass walls from one to the other.
+//! A triangle is halved at its longest edge until its parts are as small as the area of a point, and each
+//! part has a point, uniform in it: in the mean over seeds, the light of a part is that of the points of
+//! the part, and nothing is lost or added at the edges of a surface, as it were if places took the nearest
+//! point. Smaller triangles have points at random, in proportion to their area, and their places do take
+//! the nearest one that faces the same way and lies in the same plane or nearly so. Nothing may be between
+//! a place and its point: light does not pass walls from one to the other.
 //!
-//! The points of a triangle depend on a seed and its own corners: what changes elsewhere leaves them where they
-//! are. The area of a point is a power of two, so that it stays as well.
+//! The points of a triangle depend on a seed and its own corners: what changes elsewhere leaves them where
+//! they are. The area of a point is a power of two, so that it stays as well.
 
 use glam::Vec3;
 
 use crate::random::{hash, share_of};
 use crate::surfaces::{Place, Surfaces};
 
-/// The largest share of the points that lies on one triangle. The ground of a level may be a thousand times as
-/// large as the level: triangles that would have more than [`TOO_LARGE`] times their share have no points.
+/// The largest share of the points that lies on one triangle. The ground of a level may be a thousand times
+/// as large as the level: triangles that would have more than [`TOO_LARGE`] times their share have no
+/// points.
 const LARGEST_SHARE: f64 = 0.25;
 const TOO_LARGE: f64 = 4.0;
 
@@ -70,7 +71,8 @@ impl SurfacePoints {
     /// About `count` points to twice as many, by a seed; fewer if some triangles are most of the scene.
     pub(crate) fn new(surfaces: &Surfaces<'_>, count: usize, seed: u64) -> Self {
         let triangles = 0..surfaces.parts.triangles.len() as u32;
-        let areas = triangles.clone().map(|triangle| 0.5 * f64::from(surfaces.twice_normal(triangle).length()));
+        let areas =
+            triangles.clone().map(|triangle| 0.5 * f64::from(surfaces.twice_normal(triangle).length()));
         let areas: Vec<f64> = areas.collect();
         let area = area_of_each(&areas, count);
         let most = LARGEST_SHARE * count as f64;
@@ -79,7 +81,8 @@ impl SurfacePoints {
         for triangle in triangles {
             let own = areas[triangle as usize] / area;
             let corners = surfaces.parts.triangles[triangle as usize];
-            let seed = corners.as_flattened().iter().fold(seed, |seed, x| hash(seed ^ u64::from(x.to_bits())));
+            let seed =
+                corners.as_flattened().iter().fold(seed, |seed, x| hash(seed ^ u64::from(x.to_bits())));
             let sides = 1 + u64::from(surfaces.material(triangle).is_double_sided);
             let is_large = own >= 1.0;
             let mut halvings = 0;
@@ -204,8 +207,8 @@ impl SurfacePoints {
     }
 }
 
-/// The area that each point stands for: a power of two for which there are at least `count` points, or a quarter
-/// of them beside those of the largest triangles.
+/// The area that each point stands for: a power of two for which there are at least `count` points, or a
+/// quarter of them beside those of the largest triangles.
 fn area_of_each(areas: &[f64], count: usize) -> f64 {
     let most = LARGEST_SHARE * count as f64;
     let all: f64 = areas.iter().sum();
