@@ -52,8 +52,10 @@ const MOST_BOUNCES: u32 = 1024;
 pub(crate) struct Cache {
     points: SurfacePoints,
     /// The mean radiance that arrives at each point, weighted by the cosine, for places that paths come to
-    /// first, and for those after one reflection more: [point, number].
-    light: [Vec<f32>; 2],
+    /// first, and for those after one reflection more, if their light has one less: [point, number].
+    light: Vec<Vec<f32>>,
+    /// Whether the light is that of all reflections, for all places.
+    has_all: bool,
     length: usize,
     /// The rays of a point.
     rays: u32,
@@ -139,7 +141,7 @@ impl Cache {
         }
         let mut light = bounced(&traced, &albedo, options, paths.bounces, stop)?;
         light.iter_mut().for_each(|light| light.truncate(own * length));
-        Ok(Self { points, light, length, rays: options.rays })
+        Ok(Self { points, light, has_all: paths.bounces.is_none(), length, rays: options.rays })
     }
 
     /// The light of the point that stands for the place that a ray met after some reflections.
@@ -153,7 +155,7 @@ impl Cache {
         reflections: u32,
         directions: f32,
     ) -> Option<&[f32]> {
-        let light = self.light.get(reflections as usize)?;
+        let light = self.light.get(if self.has_all { 0 } else { reflections as usize })?;
         if directions * self.points.area * met.cosine > self.rays as f32 * met.distance * met.distance {
             return None;
         }
@@ -226,24 +228,26 @@ impl Paths<'_> {
 }
 
 /// The light of all points of up to `bounces` reflections, of which the last is that at the place of a path;
-/// and of one less.
+/// and, unless it is all, of one less.
 fn bounced(
     traced: &[Traced],
     albedo: &[[f32; 3]],
     options: &CacheOptions<'_>,
     bounces: Option<u32>,
     stop: Stop<'_>,
-) -> Result<[Vec<f32>; 2], Stopped> {
+) -> Result<Vec<Vec<f32>>, Stopped> {
     let length = options.channels.len();
     let mut light: Vec<f32> = Vec::with_capacity(traced.len() * length);
     traced.iter().for_each(|point| light.extend(&point.direct));
     let mut sum = if options.with_direct { light.clone() } else { vec![0.0; light.len()] };
     let mut before = sizes(&light, length);
     let mut next = vec![0.0; light.len()];
-    let mut sum_before = vec![0.0; light.len()];
+    let mut sum_before = vec![0.0; if bounces.is_some() { sum.len() } else { 0 }];
     for _ in 1..bounces.unwrap_or(MOST_BOUNCES) {
         stop.check()?;
-        sum_before.copy_from_slice(&sum);
+        if bounces.is_some() {
+            sum_before.copy_from_slice(&sum);
+        }
         light.par_chunks_exact_mut(length).zip(albedo).for_each(|(light, albedo)| {
             for (number, channel) in light.iter_mut().zip(options.channels) {
                 *number *= albedo[usize::from(*channel) % 3];
@@ -280,10 +284,7 @@ fn bounced(
             }
         }
     }
-    if bounces.is_none() {
-        sum_before.copy_from_slice(&sum);
-    }
-    Ok([sum, sum_before])
+    Ok(if bounces.is_none() { vec![sum] } else { vec![sum, sum_before] })
 }
 
 /// The sum of the magnitudes of the numbers of each point.

@@ -151,14 +151,13 @@ impl BakeOptions {
         Ok(results.into_iter().flatten().collect())
     }
 
-    /// The points of the cache of a block and the rays of each of them, for a number of paths in a scene of
-    /// some triangles: each quarter of the paths brings half as many of both, and details bring points.
+    /// The points of the cache of a block, at least, and the rays of each of them, for a number of paths in a
+    /// scene of some triangles: four times the paths bring twice as many of both, up to the memory and the
+    /// time of some 10 million rays, and details bring points.
     pub(crate) fn cache_size(paths: u32, triangles: usize) -> (usize, u32) {
         let root = (paths as f32).sqrt();
-        (
-            (128.0 * root) as usize + triangles.min(1 << 18) / 16,
-            ((0.5 * root) as u32).max(4).next_power_of_two(),
-        )
+        let points = (128.0 * root).min(65536.0) as usize + triangles.min(1 << 18) / 64;
+        (points, ((0.5 * root) as u32).clamp(4, 64).next_power_of_two())
     }
 }
 
