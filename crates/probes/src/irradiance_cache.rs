@@ -25,7 +25,7 @@ use sh::{Stop, Stopped};
 use crate::material::MOST_ALBEDO;
 use crate::paths::{Met, PathRay, Paths, Visitor, around};
 use crate::random::{hash, share_of};
-use crate::surface_points::SurfacePoints;
+use crate::surface_points::{Sequence, SurfacePoints};
 use crate::surfaces::{Place, Surfaces};
 
 /// The rays of a point toward the sky for each that finds what it meets: whether anything is in the way takes
@@ -105,7 +105,7 @@ impl Cache {
     ) -> Result<Self, Stopped> {
         let points = SurfacePoints::new(paths.surfaces, options.points, hash(options.seed));
         let length = options.channels.len();
-        let mut next: Vec<(Place, (u64, u32))> = points.all().collect();
+        let mut next: Vec<(Place, Sequence)> = points.all().collect();
         let mut albedo: Vec<[f32; 3]> =
             next.par_iter().map(|(place, _)| paths.surfaces.albedo(place, points.area)).collect();
         let own = albedo.len();
@@ -113,13 +113,13 @@ impl Cache {
         for generation in 0..=GENERATIONS {
             let rays = if generation == 0 { options.rays } else { (options.rays / 4).max(4) };
             let is_last = generation == GENERATIONS;
-            let trace = |(place, (seed, at)): &(Place, (u64, u32))| {
+            let trace = |(place, (seed, at)): &(Place, Sequence)| {
                 // The rays toward the sky alone have the next indices.
                 let first = at.wrapping_mul(SKY_RAYS * rays);
                 let indices = first..first.wrapping_add(rays);
                 paths.trace_point(place, indices, *seed, &points, is_last, light())
             };
-            let chunk = |chunk: &[(Place, (u64, u32))]| {
+            let chunk = |chunk: &[(Place, Sequence)]| {
                 stop.check()?;
                 Ok(chunk.iter().map(trace).collect())
             };

@@ -43,7 +43,7 @@ pub(crate) struct SurfacePoints {
     places: Vec<Place>,
     /// A seed for the numbers of each point, and its place among the points of the same seed: those of
     /// neighbouring parts of a triangle are next to each other.
-    sequences: Vec<(u64, u32)>,
+    sequences: Vec<Sequence>,
     of_triangle: Vec<OfTriangle>,
     /// The first point of each cell, x fastest, and the end.
     first: Vec<u32>,
@@ -55,6 +55,9 @@ pub(crate) struct SurfacePoints {
     /// The area that a point stands for, in square metres.
     pub(crate) area: f32,
 }
+
+/// A seed for the numbers of a point, and its place among the points of the same seed.
+pub(crate) type Sequence = (u64, u32);
 
 /// Which points a triangle has.
 #[derive(Clone, Copy)]
@@ -127,12 +130,12 @@ impl SurfacePoints {
         points
     }
 
-    fn add_small(&mut self, small: Vec<(Place, (u64, u32))>) {
+    fn add_small(&mut self, small: Vec<(Place, Sequence)>) {
         let cell = |place: &Place| {
             let [x, y, z] = self.cell(place.position);
             (z * self.counts[1] + y) * self.counts[0] + x
         };
-        let mut order: Vec<(usize, (Place, (u64, u32)))> =
+        let mut order: Vec<(usize, (Place, Sequence))> =
             small.into_iter().map(|point| (cell(&point.0), point)).collect();
         order.sort_by_key(|(cell, _)| *cell);
         let cells: usize = self.counts.iter().product();
@@ -153,7 +156,7 @@ impl SurfacePoints {
     }
 
     /// The points, each with a seed and its place among the points of that seed.
-    pub(crate) fn all(&self) -> impl Iterator<Item = (Place, (u64, u32))> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = (Place, Sequence)> {
         self.places.iter().copied().zip(self.sequences.iter().copied())
     }
 
