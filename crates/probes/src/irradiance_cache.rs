@@ -23,7 +23,7 @@ use sampling::PointsOfFour;
 use sh::{Stop, Stopped};
 
 use crate::material::MOST_ALBEDO;
-use crate::paths::{Met, PathRay, Paths, Visitor, around};
+use crate::paths::{CachedLight, Met, PathRay, Paths, Visitor, around};
 use crate::random::{hash, share_of};
 use crate::surface_points::{Sequence, SurfacePoints};
 use crate::surfaces::{Place, Surfaces};
@@ -143,18 +143,10 @@ impl Cache {
         light.iter_mut().for_each(|light| light.truncate(own * length));
         Ok(Self { points, light, has_all: paths.bounces.is_none(), length, rays: options.rays })
     }
+}
 
-    /// The light of the point that stands for the place that a ray met after some reflections.
-    ///
-    /// There may be no such point, or so many of the rays from one place meet the same point that those
-    /// of a path from each of them are more: `directions` is how many rays there are in a steradian.
-    pub(crate) fn find(
-        &self,
-        surfaces: &Surfaces<'_>,
-        met: &Met,
-        reflections: u32,
-        directions: f32,
-    ) -> Option<&[f32]> {
+impl CachedLight for Cache {
+    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> Option<&[f32]> {
         let light = self.light.get(if self.has_all { 0 } else { reflections as usize })?;
         if directions * self.points.area * met.cosine > self.rays as f32 * met.distance * met.distance {
             return None;

@@ -7,7 +7,7 @@
 //! what goes on is divided by the chance to do so: the mean stays what it was (Arvo and Kirk, "Particle
 //! transport and image synthesis", 1990).
 //!
-//! With a cache of the light at surfaces ([`crate::irradiance_cache`]), a path ends at the first one: what
+//! With a cache of the light at surfaces, a path ends at the first one: what
 //! is left of it is then the choice of a direction. A point of the cache has few rays, so that a path goes
 //! on to the next surface if more rays than these come to the same point.
 
@@ -17,7 +17,6 @@ use glam::Vec3;
 use sampling::PointsOfFour;
 
 use crate::emitters::Emitters;
-use crate::irradiance_cache::Cache;
 use crate::random::hash;
 use crate::surfaces::{Place, Surfaces};
 
@@ -51,6 +50,15 @@ pub(crate) trait Visitor {
 
     /// A share of the light of a point of the cache arrives from the first direction.
     fn cached(&mut self, light: &[f32], share: [f32; 3]);
+}
+
+/// Light of points on surfaces, of all reflections that paths may have.
+pub(crate) trait CachedLight {
+    /// The light of the point that stands for the place that a ray met after some reflections.
+    ///
+    /// There may be no such point, or so many of the rays from one place meet the same point that those
+    /// of a path from each of them are more: `directions` is how many rays there are in a steradian.
+    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> Option<&[f32]>;
 }
 
 /// The numbers of the paths of a block: those of different blocks, and of different probes, are independent.
@@ -132,7 +140,7 @@ impl Paths<'_> {
         from: Vec3,
         numbers: &Numbers,
         index: u32,
-        cache: Option<(&Cache, u32)>,
+        cache: Option<(&impl CachedLight, u32)>,
         visitor: &mut impl Visitor,
     ) {
         let [u, v, next_u, next_v] = numbers.first.get(index);
