@@ -30,10 +30,8 @@ pub struct LampColumns {
 ///
 /// Direct light is exact, and so is the lamp's light on the surface that a path meets; what surfaces
 /// reflect more than once comes from a cache of it at points on surfaces, as in [`bake()`](crate::bake()).
-/// Errors are
-/// 0.3 percent RMS at 4096 paths in the scenes of `tests/reference.rs`. Uses all threads; the result does
-/// not depend on their number.
-/// `stop` is asked before each probe, and while the caches are made.
+/// Errors are 0.3 percent RMS at 4096 paths in the scenes of `tests/reference.rs`. Uses all threads; the
+/// result does not depend on their number. `stop` is asked before each probe, and while the caches are made.
 ///
 /// # Errors
 /// If there is no probe, a position is not finite, a degree is out of its range, or it was stopped.
