@@ -119,14 +119,15 @@ impl Kind for BakeLamps {
         }
         lamps.extend(&suns);
         let surfaces = Surfaces::new(&stored.scene);
-        let steps = Steps::new(reporter, lamps.len() * places.len());
+        let of_lamp = options.steps(places.len());
+        let steps = Steps::new(reporter, lamps.len() * of_lamp);
         let mut columns: Vec<LampColumns> = Vec::new();
         for lamp in &lamps {
             let Lamp { name: _, kind, position, direction, color: _, intensity: _, range } = lamp;
             let shape = format!("{kind:?} {position:?} {direction:?} {range:?}");
             let of = [&stored.surfaces, &places_digest, &shape, &parameters.canonical().to_string()];
             let of = of.map(String::as_str).join(" ");
-            let part = steps.part(places.len(), places.len());
+            let part = steps.part(of_lamp, of_lamp);
             let made = context.derived.get("bake-lamp", Digest::of(of.as_bytes()), &[], || {
                 let baked = part
                     .until_stopped(|stop| bake_lamp(&surfaces, lamp, places.positions(), &options, stop))?;

@@ -1,7 +1,7 @@
 //! Prints the errors of transport next to the reference values in `SPECULA_REFERENCE`, at a number of paths.
 //!
-//! The arguments are the paths and the number of seeds whose mean is taken, 4096 and 1 without them:
-//! `cargo run --release -p probes --example reference_errors -- 65536 1`.
+//! The arguments are the paths, the number of seeds whose mean is taken (4096 and 1 without them), and the
+//! only scene: `cargo run --release -p probes --example reference_errors -- 65536 1 rooms`.
 
 #![allow(clippy::unwrap_used, reason = "the folder is that of the tests")]
 
@@ -44,10 +44,21 @@ fn transfer(surfaces: &Surfaces<'_>, at: &[[f32; 3]], options: &BakeOptions) -> 
     (baked.sky().chunks_exact(length).map(probe).collect(), baked.errors().to_vec())
 }
 
+/// The mean of what is baked with each seed.
+fn over_seeds(seeds: u32, options: &BakeOptions, bake: impl Fn(&BakeOptions) -> Vec<f64>) -> Vec<f64> {
+    let all: Vec<Vec<f64>> =
+        (0..seeds).map(|seed| bake(&BakeOptions { seed: seed.into(), ..*options })).collect();
+    (0..all[0].len()).map(|k| all.iter().map(|found| found[k]).sum::<f64>() / f64::from(seeds)).collect()
+}
+
 fn main() {
-    let mut arguments = std::env::args().skip(1).map(|text| text.parse::<u32>().unwrap());
-    let (paths, seeds) = (arguments.next().unwrap_or(4096), arguments.next().unwrap_or(1));
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |at: usize, without: u32| arguments.get(at).map_or(without, |text| text.parse().unwrap());
+    let (paths, seeds) = (number(0, 4096), number(1, 1));
     for name in ["cornell", "rooms", "courtyard", "furnace", "textures"] {
+        if arguments.get(2).is_some_and(|only| only != name) {
+            continue;
+        }
         let Some(folder) = test_data::folder("reference_errors", "SPECULA_REFERENCE") else { return };
         let folder = folder.join("probes");
         let bytes = std::fs::read(folder.join(format!("{name}.glb"))).unwrap();
@@ -115,7 +126,12 @@ fn main() {
                 let expected = flat(&expected(&format!("bounces_{k}")));
                 sums.iter_mut().flatten().zip(&expected).for_each(|(sum, value)| *sum += value);
                 let up_to = relative(&flat(&found), &flat(&sums));
-                println!("    bounces {k}: {:.5}, up to {k}: {up_to:.5}", relative(&own, &expected));
+                // The standard error of the file for all light, next to the light of this bounce.
+                let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+                let files = json["relative_standard_error"]["transfer"].as_f64().unwrap();
+                let files = files * size(&flat(&all)) / size(&expected);
+                let error = relative(&own, &expected);
+                println!("    bounces {k}: {error:.5} (the file's up to {files:.5}), up to {k}: {up_to:.5}");
                 before = found;
             }
         }
@@ -140,10 +156,12 @@ fn main() {
         };
         for lamp in &scene.parts().lamps {
             let found = keys.map(|key| {
-                let columns = bake_lamp(&surfaces, lamp, &at, &options(key), Stop::NEVER).unwrap();
-                let light = columns.direct.iter().zip(&columns.indirect).enumerate();
-                let color = |k: usize| f64::from(lamp.color[k % 3] * lamp.intensity);
-                light.map(|(k, (a, b))| f64::from(a + b) * color(k)).collect()
+                over_seeds(seeds, &options(key), |options| {
+                    let columns = bake_lamp(&surfaces, lamp, &at, options, Stop::NEVER).unwrap();
+                    let light = columns.direct.iter().zip(&columns.indirect).enumerate();
+                    let color = |k: usize| f64::from(lamp.color[k % 3] * lamp.intensity);
+                    light.map(|(k, (a, b))| f64::from(a + b) * color(k)).collect()
+                })
             });
             report(&lamp.name, found);
         }
@@ -151,13 +169,15 @@ fn main() {
             let material = &scene.parts().materials[material as usize];
             let radiance = material.emission.unwrap().radiance.map(f64::from);
             let found = keys.map(|key| {
-                let baked = bake(&surfaces, &at, &options(key), Stop::NEVER).unwrap();
-                let rows = (0..at.len()).flat_map(|probe| {
-                    let mut rows = [[0.0; 3]; 9];
-                    baked.add_emission(probe, column, radiance, true, &mut rows);
-                    rows.as_flattened().to_vec()
-                });
-                rows.collect()
+                over_seeds(seeds, &options(key), |options| {
+                    let baked = bake(&surfaces, &at, options, Stop::NEVER).unwrap();
+                    let rows = (0..at.len()).flat_map(|probe| {
+                        let mut rows = [[0.0; 3]; 9];
+                        baked.add_emission(probe, column, radiance, true, &mut rows);
+                        rows.as_flattened().to_vec()
+                    });
+                    rows.collect()
+                })
             });
             report(&material.name, found);
         }

@@ -77,11 +77,6 @@ impl Emitters {
         Self { small, of_column, rays_each }
     }
 
-    /// Whether no emitter is sampled.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.small.is_empty()
-    }
-
     /// The shadow rays that a vertex casts.
     pub(crate) fn rays(&self) -> usize {
         self.small.len().min(MOST_RAYS)

@@ -1,6 +1,11 @@
 //! How much is computed for a probe, and how far it is wrong.
 
-use sh::{Degree, Stopped};
+use std::ops::Range;
+
+use rayon::prelude::*;
+use sh::{Degree, Stop, Stopped};
+
+use crate::irradiance_cache::STEPS;
 
 /// The independent blocks that the paths of a probe are divided into.
 pub(crate) const BLOCKS: usize = 4;
@@ -20,8 +25,7 @@ pub struct BakeOptions {
     /// The paths of a probe.
     pub paths: u32,
     /// The standard error of irradiance, relative to it, at which paths are no longer doubled; `None` to
-    /// trace
-    /// `paths` for every probe.
+    /// trace `paths` for every probe.
     pub error: Option<f32>,
     /// The most paths of a probe, when they are doubled.
     pub most_paths: u32,
@@ -93,28 +97,78 @@ impl BakeOptions {
         }
     }
 
-    /// Lets `run` trace the paths of each block, given by their indices, until `error` is small enough or
-    /// there are as many as may be; gives their number and the error.
-    pub(crate) fn until_exact<S>(
+    /// About how often a bake of some probes asks whether to stop, without [`BakeOptions::error`].
+    pub fn steps(&self, probes: usize) -> usize {
+        probes + if self.bounces == Some(0) { 0 } else { BLOCKS * STEPS }
+    }
+
+    /// Bakes `count` probes in rounds, each of which doubles the paths of those whose error is not yet small
+    /// enough. `prepare` makes what a round with so many paths has in common, for each block, `start` the
+    /// state of a probe, and `finish` makes its result with the number of paths and the error. `stop` is
+    /// asked before each probe.
+    pub(crate) fn in_rounds<C: Sync, S: Send, B: Send>(
         &self,
-        state: &mut S,
-        run: impl Fn(&mut S, usize, std::ops::Range<u32>),
-        error: impl Fn(&S, u32) -> f32,
-    ) -> (u32, f32) {
+        count: usize,
+        stop: Stop<'_>,
+        prepare: impl Fn(u32) -> Result<C, BakeError>,
+        bake: &(impl BakeProbe<C, S, B> + Sync),
+    ) -> Result<Vec<B>, BakeError> {
+        enum Progress<S, B> {
+            Open(S),
+            Done(B),
+        }
         let blocks = BLOCKS as u32;
         let mut each = self.paths.clamp(blocks, 1 << 28).div_ceil(blocks);
         let mut done = 0;
-        loop {
-            (0..BLOCKS).for_each(|block| run(state, block, done..each));
-            done = each;
-            let found = error(state, done);
-            let is_enough = self.error.is_none_or(|wanted| found <= wanted);
-            if is_enough || 2 * u64::from(done * blocks) > u64::from(self.most_paths) {
-                return (done * blocks, found);
+        let mut results: Vec<Option<B>> = (0..count).map(|_| None).collect();
+        let mut open: Vec<(usize, Option<S>)> = (0..count).map(|probe| (probe, None)).collect();
+        while !open.is_empty() {
+            let common = prepare(each * blocks)?;
+            let is_last = 2 * u64::from(each * blocks) > u64::from(self.most_paths);
+            let round = |(probe, state): (usize, Option<S>)| {
+                stop.check()?;
+                let mut state = state.unwrap_or_else(|| bake.start(probe));
+                (0..BLOCKS).for_each(|block| bake.run(&common, probe, &mut state, block, done..each));
+                let error = bake.error(&state, each);
+                let is_enough = is_last || self.error.is_none_or(|wanted| error <= wanted);
+                let progress = match is_enough {
+                    true => Progress::Done(bake.finish(state, each * blocks, error)),
+                    false => Progress::Open(state),
+                };
+                Ok::<_, BakeError>((probe, progress))
+            };
+            let found = open.into_par_iter().map(round).collect::<Result<Vec<_>, _>>()?;
+            open = Vec::new();
+            for (probe, progress) in found {
+                match progress {
+                    Progress::Open(state) => open.push((probe, Some(state))),
+                    Progress::Done(result) => results[probe] = Some(result),
+                }
             }
+            done = each;
             each *= 2;
         }
+        Ok(results.into_iter().flatten().collect())
     }
+
+    /// The points of the cache of a block, at least, and the rays of each of them, for a number of paths in a
+    /// scene of some triangles: four times the paths bring twice as many of both, up to the memory and the
+    /// time of some 10 million rays, and details bring points.
+    pub(crate) fn cache_size(paths: u32, triangles: usize) -> (usize, u32) {
+        let root = (paths as f32).sqrt();
+        let points = (128.0 * root).min(65536.0) as usize + triangles.min(1 << 18) / 64;
+        (points, ((0.5 * root) as u32).clamp(4, 64).next_power_of_two())
+    }
+}
+
+/// How a probe is baked: [`BakeOptions::in_rounds`].
+pub(crate) trait BakeProbe<C, S, B> {
+    fn start(&self, probe: usize) -> S;
+    /// Traces the paths of a block with these indices.
+    fn run(&self, common: &C, probe: usize, state: &mut S, block: usize, indices: Range<u32>);
+    /// The error after so many paths of each block.
+    fn error(&self, state: &S, count: u32) -> f32;
+    fn finish(&self, state: S, paths: u32, error: f32) -> B;
 }
 
 /// The factors that make irradiance of the rows of radiance, by degree: pi, 2 pi / 3, pi / 4, 0, -pi / 24.

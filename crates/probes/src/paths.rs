@@ -6,6 +6,10 @@
 //! factor of a reflection. After [`ROULETTE_AFTER`] reflections a path ends with the chance 1 - albedo, and
 //! what goes on is divided by the chance to do so: the mean stays what it was (Arvo and Kirk, "Particle
 //! transport and image synthesis", 1990).
+//!
+//! With a cache of the light at surfaces, a path ends at the first one: what
+//! is left of it is then the choice of a direction. A point of the cache has few rays, so that a path goes
+//! on to the next surface if more rays than these come to the same point.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -43,6 +47,18 @@ pub(crate) trait Visitor {
     /// A surface reflects: `share` of the irradiance at this place arrives at the probe from the first
     /// direction of the path.
     fn reflects(&mut self, surfaces: &Surfaces<'_>, place: &Place, share: [f32; 3]);
+
+    /// A share of the light of a point of the cache arrives from the first direction.
+    fn cached(&mut self, light: &[f32], share: [f32; 3]);
+}
+
+/// Light of points on surfaces, of all reflections that paths may have.
+pub(crate) trait CachedLight {
+    /// The light of the point that stands for the place that a ray met after some reflections.
+    ///
+    /// There may be no such point, or so many of the rays from one place meet the same point that those
+    /// of a path from each of them are more: `directions` is how many rays there are in a steradian.
+    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> Option<&[f32]>;
 }
 
 /// The numbers of the paths of a block: those of different blocks, and of different probes, are independent.
@@ -86,88 +102,159 @@ pub(crate) struct Paths<'a> {
     pub(crate) bounces: Option<u32>,
 }
 
+/// A ray of a path.
+pub(crate) struct PathRay {
+    pub(crate) origin: Vec3,
+    pub(crate) direction: Vec3,
+    /// The density of the direction.
+    pub(crate) density: f32,
+    /// The share of the light of what it meets that arrives.
+    pub(crate) throughput: [f32; 3],
+    /// The reflections of this light before it arrives.
+    pub(crate) reflections: u32,
+    /// A seed of which surfaces it passes.
+    pub(crate) passing: u64,
+}
+
+/// A surface that a ray met and that reflects.
+pub(crate) struct Met {
+    pub(crate) place: Place,
+    pub(crate) albedo: [f32; 3],
+    /// The length of the ray in metres.
+    pub(crate) distance: f32,
+    /// The cosine between the ray and the normal.
+    pub(crate) cosine: f32,
+}
+
+impl Met {
+    fn largest_albedo(&self) -> f32 {
+        self.albedo[0].max(self.albedo[1]).max(self.albedo[2])
+    }
+}
+
 impl Paths<'_> {
-    /// Traces a path of a block from a place.
-    pub(crate) fn trace(&self, from: Vec3, numbers: &Numbers, index: u32, visitor: &mut impl Visitor) {
-        let Self { surfaces, bounces, .. } = *self;
-        let emitters = self.emitters.filter(|emitters| !emitters.is_empty());
+    /// Traces a path of a block from a place. With a cache, which comes with the number of paths of the
+    /// block, it ends at the first surface or the second one if there is a point.
+    pub(crate) fn trace(
+        &self,
+        from: Vec3,
+        numbers: &Numbers,
+        index: u32,
+        cache: Option<(&impl CachedLight, u32)>,
+        visitor: &mut impl Visitor,
+    ) {
         let [u, v, next_u, next_v] = numbers.first.get(index);
-        let (mut origin, mut direction) = (from, uniform(u, v));
-        // The density of the ray's direction, and the light that reaches the probe of what it meets.
-        let (mut density, mut throughput) = (0.25 * FRAC_1_PI, [4.0 * PI; 3]);
-        visitor.begin(direction);
-        if let Some(emitters) = emitters {
+        let mut ray = PathRay {
+            origin: from,
+            direction: uniform(u, v),
+            density: 0.25 * FRAC_1_PI,
+            throughput: [4.0 * PI; 3],
+            reflections: 0,
+            passing: numbers.passing(0, index),
+        };
+        visitor.begin(ray.direction);
+        if let Some(emitters) = self.emitters {
             let [a, b, c, _] = numbers.after(0, 2, index);
-            for ray in 0..emitters.rays() {
-                let Some(seen) = emitters.seen_from(surfaces, from, ray, [a, b, c]) else { continue };
-                let Some(left) = surfaces.between(from, seen.direction, seen.distance) else { continue };
-                let weight = seen.density / (seen.density + density);
+            for number in 0..emitters.rays() {
+                let seen = emitters.seen_from(self.surfaces, from, number, [a, b, c]);
+                let Some(seen) = seen else { continue };
+                let Some(left) = self.surfaces.between(from, seen.direction, seen.distance) else { continue };
+                let weight = seen.density / (seen.density + ray.density);
                 let share = [0, 1, 2].map(|channel| left[channel] * seen.emission[channel] * weight);
                 visitor.emission_from(seen.direction, seen.column, share);
             }
         }
-        let mut reflections = 0;
-        loop {
-            let (hit, left) = surfaces.closest(origin, direction, numbers.passing(reflections, index));
-            throughput = times(throughput, left);
-            let Some(hit) = hit else { return visitor.sky(direction, throughput) };
-            let place = surfaces.place(&hit);
-            if !place.is_lit {
+        while let Some(met) = self.meet(&mut ray, visitor) {
+            if self.bounces.is_some_and(|most| ray.reflections >= most) {
                 return;
             }
-            let cosine = -place.normal.dot(direction);
-            let solid_angle = FOOTPRINTS[usize::from(reflections > 0)];
-            let area = solid_angle * hit.distance * hit.distance / cosine.max(0.05);
-            if let Some(column) = surfaces.column(hit.triangle) {
-                let emission = surfaces.emission(hit.triangle, hit.weights, area);
-                let others = emitters.map_or(0.0, |emitters| emitters.density(column, hit.distance, cosine));
-                let weight = density / (density + others);
-                visitor.emission(column, times(throughput, emission.map(|e| e * weight)), reflections);
+            let point = cache.and_then(|(cache, rays)| {
+                let in_steradian = if ray.reflections == 0 { rays as f32 * 0.25 * FRAC_1_PI } else { 0.0 };
+                cache.find(self.surfaces, &met, ray.reflections, in_steradian)
+            });
+            ray.reflections += 1;
+            ray.throughput = times(ray.throughput, met.albedo);
+            visitor.reflects(self.surfaces, &met.place, ray.throughput.map(|light| light * FRAC_1_PI));
+            if let Some(light) = point {
+                return visitor.cached(light, ray.throughput);
             }
-            if bounces.is_some_and(|most| reflections >= most) {
-                return;
-            }
-            let albedo = surfaces.albedo(&place, area);
-            let most = albedo[0].max(albedo[1]).max(albedo[2]);
-            if most <= 0.0 {
-                return;
-            }
-            reflections += 1;
-            throughput = times(throughput, albedo);
-            let exit = throughput.map(|light| light * FRAC_1_PI);
-            visitor.reflects(surfaces, &place, exit);
-            origin = place.start();
-            if let Some(emitters) = emitters {
-                let [a, b, c, _] = numbers.after(reflections, 2, index);
-                for ray in 0..emitters.rays() {
-                    let Some(seen) = emitters.seen_from(surfaces, origin, ray, [a, b, c]) else { continue };
-                    let cosine = place.normal.dot(seen.direction);
-                    if cosine <= 0.0 {
-                        continue;
-                    }
-                    let Some(left) = surfaces.between(origin, seen.direction, seen.distance) else {
-                        continue;
-                    };
-                    let weight = cosine * seen.density / (seen.density + cosine * FRAC_1_PI);
-                    let share = times(exit, times(left, seen.emission.map(|e| e * weight)));
-                    visitor.emission(seen.column, share, reflections);
-                }
-            }
-            let (u, v) = if reflections == 1 {
+            self.sample_emitters(&met.place, &ray, numbers.after(ray.reflections, 2, index), visitor);
+            let (u, v) = if ray.reflections == 1 {
                 (next_u, next_v)
             } else {
-                let [u, v, chance, _] = numbers.after(reflections, 1, index);
-                if reflections > ROULETTE_AFTER {
+                let [u, v, chance, _] = numbers.after(ray.reflections, 1, index);
+                if ray.reflections > ROULETTE_AFTER {
+                    let most = met.largest_albedo();
                     if chance >= most {
                         return;
                     }
-                    throughput = throughput.map(|light| light / most);
+                    ray.throughput = ray.throughput.map(|light| light / most);
                 }
                 (u, v)
             };
-            direction = around(place.normal, u, v);
-            density = place.normal.dot(direction).max(1e-6) * FRAC_1_PI;
+            ray.passing = numbers.passing(ray.reflections, index);
+            ray.leaves(&met.place, u, v);
         }
+    }
+
+    /// What a ray meets, after its light of the sky or of emission; `None` if nothing there reflects.
+    pub(crate) fn meet(&self, ray: &mut PathRay, visitor: &mut impl Visitor) -> Option<Met> {
+        let (hit, left) = self.surfaces.closest(ray.origin, ray.direction, ray.passing);
+        ray.throughput = times(ray.throughput, left);
+        let Some(hit) = hit else {
+            visitor.sky(ray.direction, ray.throughput);
+            return None;
+        };
+        let place = self.surfaces.place(&hit);
+        if !place.is_lit {
+            return None;
+        }
+        let cosine = -place.normal.dot(ray.direction);
+        let solid_angle = FOOTPRINTS[usize::from(ray.reflections > 0)];
+        let area = solid_angle * hit.distance * hit.distance / cosine.max(0.05);
+        if let Some(column) = self.surfaces.column(hit.triangle) {
+            let emission = self.surfaces.emission(hit.triangle, hit.weights, area);
+            let others = self.emitters.map_or(0.0, |emitters| emitters.density(column, hit.distance, cosine));
+            let weight = ray.density / (ray.density + others);
+            visitor.emission(column, times(ray.throughput, emission.map(|e| e * weight)), ray.reflections);
+        }
+        let albedo = self.surfaces.albedo(&place, area);
+        let met = Met { place, albedo, distance: hit.distance, cosine };
+        (met.largest_albedo() > 0.0).then_some(met)
+    }
+
+    /// Casts shadow rays to emitters from a place that reflects `ray`'s light.
+    pub(crate) fn sample_emitters(
+        &self,
+        place: &Place,
+        ray: &PathRay,
+        numbers: [f32; 4],
+        visitor: &mut impl Visitor,
+    ) {
+        let Some(emitters) = self.emitters else { return };
+        let origin = place.start();
+        let [a, b, c, _] = numbers;
+        for number in 0..emitters.rays() {
+            let seen = emitters.seen_from(self.surfaces, origin, number, [a, b, c]);
+            let Some(seen) = seen else { continue };
+            let cosine = place.normal.dot(seen.direction);
+            if cosine <= 0.0 {
+                continue;
+            }
+            let Some(left) = self.surfaces.between(origin, seen.direction, seen.distance) else { continue };
+            let weight = FRAC_1_PI * cosine * seen.density / (seen.density + cosine * FRAC_1_PI);
+            let share = times(ray.throughput, times(left, seen.emission.map(|e| e * weight)));
+            visitor.emission(seen.column, share, ray.reflections);
+        }
+    }
+}
+
+impl PathRay {
+    /// Leaves a place with the density cosine / pi, for uniform numbers.
+    pub(crate) fn leaves(&mut self, place: &Place, u: f32, v: f32) {
+        self.origin = place.start();
+        self.direction = around(place.normal, u, v);
+        self.density = place.normal.dot(self.direction).max(1e-6) * FRAC_1_PI;
     }
 }
 
@@ -186,7 +273,7 @@ fn uniform(u: f32, v: f32) -> Vec3 {
 /// A direction around a normal with the density cosine / pi for uniform numbers.
 ///
 /// The frame is that of Duff et al., "Building an orthonormal basis, revisited" (2017).
-fn around(normal: Vec3, u: f32, v: f32) -> Vec3 {
+pub(crate) fn around(normal: Vec3, u: f32, v: f32) -> Vec3 {
     let (radius, (sine, cosine)) = (u.sqrt(), math::sin_cos(TAU * v));
     let height = (1.0 - u).max(0.0).sqrt().max(1e-4);
     let Vec3 { x, y, z } = normal;

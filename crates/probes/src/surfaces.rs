@@ -195,19 +195,22 @@ impl<'a> Surfaces<'a> {
 
     /// The place of a hit.
     pub(crate) fn place(&self, hit: &RayHit) -> Place {
-        let [u, v] = hit.weights;
-        let [a, b, c] = self.parts.triangles[hit.triangle as usize].map(Vec3::from);
+        self.place_on(hit.triangle, hit.weights, hit.front)
+    }
+
+    /// The place on a side of a triangle, by the weights of its second and third corner.
+    pub(crate) fn place_on(&self, triangle: u32, [u, v]: [f32; 2], front: bool) -> Place {
+        let [a, b, c] = self.parts.triangles[triangle as usize].map(Vec3::from);
         let (along, across) = (b - a, c - a);
         let position = a + along * u + across * v;
         let outward = along.cross(across).normalize_or_zero();
-        let is_lit = hit.front || self.material(hit.triangle).is_double_sided;
         Place {
-            triangle: hit.triangle,
-            weights: hit.weights,
+            triangle,
+            weights: [u, v],
             position,
-            normal: if hit.front { outward } else { -outward },
-            clearance: self.caster.clearance(hit.triangle, position),
-            is_lit,
+            normal: if front { outward } else { -outward },
+            clearance: self.caster.clearance(triangle, position),
+            is_lit: front || self.material(triangle).is_double_sided,
         }
     }
 
