@@ -217,7 +217,7 @@ impl LitProbes {
 }
 
 /// The probes that light a point with a normal, with weights that sum to 1.
-fn corner_weights(places: &ProbePlaces, at: Vec3, normal: Vec3) -> Option<Vec<(u32, f32)>> {
+pub(crate) fn corner_weights(places: &ProbePlaces, at: Vec3, normal: Vec3) -> Option<Vec<(u32, f32)>> {
     let mut first = 0;
     let mut ranges: Vec<(&Volume, usize)> = Vec::new();
     for volume in places.volumes() {
@@ -225,17 +225,9 @@ fn corner_weights(places: &ProbePlaces, at: Vec3, normal: Vec3) -> Option<Vec<(u
         first += volume.len();
     }
     let (volume, first) = *ranges.iter().find(|(volume, _)| volume.contains(at)).or(ranges.first())?;
-    let (cell, within) = volume.around(at);
-    let mut corners: Vec<(u32, [i32; 3], f32)> = Vec::with_capacity(8);
-    for k in 0..8 {
-        let step = [k & 1, k >> 1 & 1, k >> 2 & 1];
-        let Some(index) = volume.neighbour(cell, step) else { continue };
-        let weight = (0..3)
-            .map(|axis| if step[axis] == 1 { within[axis] } else { 1.0 - within[axis] })
-            .product::<f32>();
-        // A corner of no weight counts if all others are hidden.
-        corners.push(((first + index) as u32, step, weight + LEAST_WEIGHT));
-    }
+    // A corner of no weight counts if all others are hidden.
+    let corner = |(index, step, weight)| ((first + index) as u32, step, weight + LEAST_WEIGHT);
+    let corners: Vec<(u32, [i32; 3], f32)> = volume.corners(at).map(corner).collect();
     let place = |probe: u32| Vec3::from(places.positions()[probe as usize]);
     // A probe in the plane of the surface, or behind it, may be behind a wall.
     let is_before = |probe: u32| (place(probe) - at).dot(normal) > 0.0;

@@ -168,6 +168,18 @@ impl Volume {
         (cell, within)
     }
 
+    /// The probes around a point: their index, their step from the first of them, and their weight in a
+    /// blend by place; weights sum to 1.
+    pub(crate) fn corners(&self, point: Vec3) -> impl Iterator<Item = (usize, [i32; 3], f32)> + '_ {
+        let (cell, within) = self.around(point);
+        (0..8).filter_map(move |k| {
+            let step = [k & 1, k >> 1 & 1, k >> 2 & 1];
+            let index = self.neighbour(cell, step)?;
+            let weight = |axis: usize| if step[axis] == 1 { within[axis] } else { 1.0 - within[axis] };
+            Some((index, step, (0..3).map(weight).product()))
+        })
+    }
+
     /// Whether a point is in the box.
     pub(crate) fn contains(&self, point: Vec3) -> bool {
         (0..3).all(|axis| (self.bounds[0][axis]..=self.bounds[1][axis]).contains(&point[axis]))
