@@ -7,6 +7,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
+mod align;
 mod bake;
 mod bake_lamps;
 mod closed;
@@ -31,6 +32,7 @@ mod transport;
 mod validity;
 mod volume;
 
+pub use align::Freedom;
 pub use bake::{bake, transport_bytes};
 pub use bake_lamps::{LampColumns, bake_lamp};
 pub use brdf::Wrap;
