@@ -7,7 +7,6 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))] // tests may compute with std
 
-mod align;
 mod bake;
 mod bake_lamps;
 mod closed;
@@ -24,6 +23,7 @@ mod places_parts;
 mod random;
 mod ringing;
 mod rooms;
+mod scatter;
 mod scene;
 mod scene_part;
 mod surfaces;
@@ -32,7 +32,6 @@ mod transport;
 mod validity;
 mod volume;
 
-pub use align::Freedom;
 pub use bake::{bake, transport_bytes};
 pub use bake_lamps::{LampColumns, bake_lamp};
 pub use brdf::Wrap;
@@ -45,6 +44,7 @@ pub use places::{PlacesError, ProbePlaces, Repair};
 pub use places_parts::PlacesParts;
 pub use ringing::{least_window, window_factor};
 pub use rooms::rooms;
+pub use scatter::{COARSEST, scatter};
 pub use scene::{Corner, NamedBox, Part, Scene, SceneError, SceneParts};
 pub use scene_part::ScenePart;
 pub use surfaces::Surfaces;
