@@ -36,10 +36,13 @@ impl Measured {
     }
 }
 
+/// The volumes of boxes.
+type VolumesOf<'a> = dyn Fn(&[NamedBounds]) -> Result<Vec<Volume>, Failure> + 'a;
+
 /// How boxes become volumes.
 pub(super) struct Arrangement<'a> {
     /// The volumes of boxes as they are.
-    pub(super) volumes: &'a dyn Fn(&[NamedBounds]) -> Result<Vec<Volume>, Failure>,
+    pub(super) volumes: &'a VolumesOf<'a>,
     /// The openings that end a room, in metres, if boxes are split into rooms.
     pub(super) opening: Option<f32>,
 }
