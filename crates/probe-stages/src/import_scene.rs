@@ -9,6 +9,7 @@
 //! kind = "import-scene"
 //! source = "levels/*.{gltf,glb}"
 //! volumes = "probes_*"               # nodes that are boxes for probes
+//! points = "probe.*"                 # nodes that are single probes
 //! ```
 //!
 //! A scene is what light probes are baked in: `place-probes`, `bake-probes`, `bake-lamps` and `light-probes`
@@ -32,6 +33,7 @@
 //! | `KHR_lights_punctual` | lamps: points, spots and directions, in candela and lux |
 //! | roughness, normals, occlusion | not read: a file that differs in these alone gives the same scene, byte by byte, and nothing reruns |
 //! | `extras.specula_probes` of a node, or a node named like `volumes` | a box for probes: that around its mesh, or around the cube of an empty. Its mesh is not in the scene |
+//! | a node named like `points` | a single probe at its origin. Its mesh is not in the scene |
 //!
 //! Textures have at most 1,024 texels along a side here, since a path sees more of a surface than a texel of
 //! a larger one. Files that require Draco, or the specular-glossiness materials, are refused with the name of
@@ -81,6 +83,8 @@ parameters! {
         transmission: TransmissionName = TransmissionName::Clear,
         /// The names of nodes that are boxes for probes, beside those with `extras.specula_probes`.
         volumes: Option<NamePattern> = None,
+        /// The names of nodes that are the places of single probes.
+        points: Option<NamePattern> = None,
     }
 }
 
@@ -91,7 +95,7 @@ impl Kind for ImportScene {
     type Parameters = Parameters;
 
     const NAME: &'static str = "import-scene";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const TEXT: &'static str = include_str!("import_scene.rs");
     const SOURCE: bool = true;
 
@@ -113,6 +117,7 @@ impl Kind for ImportScene {
             false => failure,
         })?;
         let is_box = |name: &str| parameters.volumes.as_ref().is_some_and(|pattern| pattern.matches(name));
+        let is_point = |name: &str| parameters.points.as_ref().is_some_and(|pattern| pattern.matches(name));
         let options = SceneOptions {
             scene: parameters.scene.as_deref(),
             metals: match parameters.metals {
@@ -124,6 +129,7 @@ impl Kind for ImportScene {
                 TransmissionName::Opaque => Transmission::Opaque,
             },
             is_box: Some(&is_box),
+            is_point: Some(&is_point),
         };
         let mut beside = |other: &str| context.files.read(Path::new(other));
         let found = containers::read_gltf_scene(&bytes, &options, &mut beside)

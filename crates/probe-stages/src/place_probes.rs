@@ -19,7 +19,47 @@
 //! the scene; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
 //! `counts` along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187
 //! and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single
-//! probes beside them.
+//! probes beside them, as are the nodes that `points` of `import-scene` names.
+//!
+//! ## Rooms
+//!
+//! ```toml
+//! [stage.rooms]
+//! kind = "place-probes"
+//! input = "scene"
+//! spacing = 0.5
+//! split = "rooms"
+//! ```
+//!
+//! Engines blend the eight probes around a place whether there is a wall between them or not, and clamp at
+//! the end of a box: light of one room gets into the other through a wall in a box, and not between boxes.
+//! `split = "rooms"` makes a volume for each room in a box, which ends in the middle of its walls. A room is
+//! a free space in which a cube with a side of `opening` metres can move about: doors and windows that are
+//! narrower or lower end it, and the boxes of two rooms meet in the doorway. Narrower spaces beside such
+//! rooms, as corridors, are rooms of their own, if they are at least half a metre wide; so is what is
+//! outside, if the box holds it. A room that is no box, as an L, gets several. Walls are found by rays
+//! between places 10 cm apart, and farther apart in boxes of more than 2 million such places. Walls without
+//! thickness end the boxes on both sides, and Bevy blends both where they touch: give walls a thickness.
+//! Use `lattice = "centres"`: boxes with probes at the corners grow by half a spacing in three.js 187.
+//!
+//! A note has the share of light from probes that cannot see the surface that they light, before and after:
+//! the mean at 2,000 points of surfaces, by the formulas of three.js 187 and Bevy. Points that no probe
+//! nearby sees, as on the outer side of a wall, do not count.
+//!
+//! ## Scattered points
+//!
+//! ```toml
+//! [stage.scattered]
+//! kind = "place-probes"
+//! input = "scene"
+//! spacing = 0.5
+//! scatter = "adaptive"
+//! ```
+//!
+//! Boxes are divided into cells about four spacings long; those that a surface meets are halved, twice at
+//! most. The middle of each cell that is not inside of a solid is a probe: they are about a spacing apart at
+//! surfaces, and four in the open. `export-probes` takes them for `unity` and `gltf`; other presets load
+//! grids.
 //!
 //! ## Repairs
 //!
@@ -49,21 +89,22 @@ use std::collections::BTreeMap;
 use engine::serde_json::{self, json};
 use engine::{
     Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Parameters as _, Port, Product,
-    Reporter, Steps, Value, ValueKind, choice, parameters, unexpected,
+    Reporter, Value, ValueKind, choice, parameters, unexpected,
 };
-use probes::{Lattice, PlacesError, ProbePlaces, Repair, Scene, ScenePart, Surfaces, Volume};
+use probes::{COARSEST, Lattice, ProbePlaces, Repair, Scene, ScenePart, Surfaces, Volume, scatter};
 use stages::artifacts;
 use stages::plugin::{Place, UntilStopped};
 
 use crate::baking::{first, listed, place_text};
 use crate::scene_port::check;
 
+mod arrange;
+
+use arrange::{Arrangement, NamedBounds, check_count, failure};
+
 /// The notes of repaired probes, and the probes that each of them names.
 const GROUPS: usize = 32;
 const NAMED: usize = 64;
-
-/// The most probes that are placed: each takes more than a kilobyte of memory until it is repaired.
-const MOST_PLACED: usize = 1 << 21;
 
 choice! {
     /// Where the probes of a volume stand.
@@ -72,6 +113,26 @@ choice! {
         Centres = "centres",
         /// At the corners of cells.
         Corners = "corners",
+    }
+}
+
+choice! {
+    /// What boxes become.
+    pub(crate) enum Split {
+        /// Volumes, each as it is.
+        None = "none",
+        /// A volume for each room in them.
+        Rooms = "rooms",
+    }
+}
+
+choice! {
+    /// Whether boxes hold grids or points.
+    pub(crate) enum Scatter {
+        /// Grids.
+        None = "none",
+        /// Points, denser at surfaces.
+        Adaptive = "adaptive",
     }
 }
 
@@ -154,13 +215,24 @@ parameters! {
         lattice: LatticeName = LatticeName::Centres,
         /// The volumes. Default: the boxes of the scene's nodes or, without any, the bounds of the scene.
         boxes: Vec<ProbeBox> = Vec::new(),
-        /// Single probes, in metres.
+        /// Single probes, in metres, beside those of the scene's nodes.
         points: Vec<Place> = Vec::new(),
+        /// Whether a box becomes a volume for each room in it; see Rooms.
+        split: Split = Split::None,
+        /// With `split = "rooms"`, spaces that are connected by an opening narrower or lower than this are
+        /// two rooms, in metres.
+        #[range(0.1..=100.0)]
+        opening: f64 = OPENING,
+        /// Whether boxes hold grids, or points that are denser at surfaces; see Scattered points.
+        scatter: Scatter = Scatter::None,
     }
 }
 
 /// The distance between probes if none is given, in metres.
 const SPACING: f64 = 1.0;
+
+/// The openings that end a room if none are given, in metres: doors and most windows.
+const OPENING: f64 = 1.25;
 
 /// The kind `place-probes`.
 pub(crate) struct PlaceProbes;
@@ -169,7 +241,7 @@ impl Kind for PlaceProbes {
     type Parameters = Parameters;
 
     const NAME: &'static str = "place-probes";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[probes::revisions::PROBES];
     const TEXT: &'static str = include_str!("place_probes.rs");
     const SLOW: bool = true;
@@ -187,6 +259,16 @@ impl Kind for PlaceProbes {
         if parameters.counts.is_some() && parameters.spacing.is_some() {
             errors.push(("counts", "is given with spacing; give one of them".into()));
         }
+        let is_scattered = parameters.scatter == Scatter::Adaptive;
+        if parameters.counts.is_some() && (is_scattered || parameters.split == Split::Rooms) {
+            errors.push(("counts", "are those of a box as it is; give spacing".into()));
+        }
+        if is_scattered && parameters.split == Split::Rooms {
+            errors.push(("split", "has no effect on scattered points, which are in no volume".into()));
+        }
+        if parameters.opening != OPENING && parameters.split != Split::Rooms {
+            errors.push(("opening", "has an effect only with split = \"rooms\"".into()));
+        }
         // Boxes of the manifest are known before anything runs.
         for (index, ProbeBox(own)) in parameters.boxes.iter().enumerate() {
             let bounds = [own.from.0, own.to.0].map(|corner| corner.map(|x| x as f32));
@@ -202,42 +284,28 @@ impl Kind for PlaceProbes {
         let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
         check(stored, ScenePart::Shape)?;
         let scene = stored.scene.part(ScenePart::Shape);
-        let (volumes, from) = parameters.volumes(&scene)?;
-        let points: Vec<[f32; 3]> = parameters.points.iter().map(|point| point.0.map(|x| x as f32)).collect();
-        let count = volumes.iter().map(Volume::len).sum::<usize>() + points.len();
-        if count > MOST_PLACED {
-            return Err(Failure::new(format!(
-                "there are {count} probes, and at most {MOST_PLACED} are placed"
-            ))
-            .help("a larger spacing gives fewer; half as dense along each axis is an eighth"));
-        }
-        reporter.note(format!(
-            "{count} probes in {from}{}",
-            match points.len() {
-                0 => String::new(),
-                points => format!(", {points} of them at points"),
-            }
-        ));
+        let (mut boxes, mut from) = parameters.boxes(&scene);
+        let mut points: Vec<[f32; 3]> =
+            parameters.points.iter().map(|point| point.0.map(|x| x as f32)).collect();
+        points.extend(&scene.parts().points);
         let surfaces = Surfaces::new(&scene);
-        let steps = Steps::new(reporter, 2 * count);
-        let places = steps
-            .until_stopped(|stop| ProbePlaces::new(&surfaces, volumes, &points, stop).map_err(failure))?;
+        if parameters.scatter == Scatter::Adaptive {
+            points.extend(parameters.scattered(&surfaces, &boxes, reporter)?);
+            from = format!("the octree of {from}");
+            boxes.clear();
+        }
+        let arrangement = Arrangement {
+            volumes: &|boxes| parameters.volumes(boxes),
+            opening: (parameters.split == Split::Rooms).then_some(parameters.opening as f32),
+        };
+        let places = arrangement.places(&surfaces, &boxes, &points, reporter)?;
+        let at_points = match points.len() {
+            0 => String::new(),
+            points => format!(", {points} of them at points"),
+        };
+        reporter.note(format!("{} probes in {from}{at_points}", places.len()));
         report(&places, &scene, reporter);
         Output::artifact(artifacts::ProbePlaces(places))
-    }
-}
-
-fn failure(error: PlacesError) -> Failure {
-    let help = match &error {
-        PlacesError::AllInside { .. } => {
-            Some("turn the triangles of that node around, or make its material double-sided")
-        }
-        PlacesError::Nothing | PlacesError::NotFinite(_) | PlacesError::Stopped(_) => None,
-    };
-    let failure = Failure::from(error);
-    match help {
-        Some(help) => failure.help(help),
-        None => failure,
     }
 }
 
@@ -257,27 +325,61 @@ impl Parameters {
         }
     }
 
-    /// The volumes, and in words where they are from.
-    fn volumes(&self, scene: &Scene) -> Result<(Vec<Volume>, String), Failure> {
+    /// The boxes, and in words where they are from.
+    fn boxes(&self, scene: &Scene) -> (Vec<NamedBounds>, String) {
         let own = self.boxes.iter().enumerate().map(|(index, ProbeBox(own))| {
             (name_of(index, own), [own.from.0, own.to.0].map(|corner| corner.map(|x| x as f32)))
         });
-        let of_nodes = || scene.parts().boxes.iter().map(|named| (named.name.clone(), named.bounds));
-        let (boxes, from): (Vec<_>, String) = if !self.boxes.is_empty() {
+        let of_nodes = &scene.parts().boxes;
+        let has_points = !self.points.is_empty() || !scene.parts().points.is_empty();
+        if !self.boxes.is_empty() {
             (own.collect(), format!("{} of the manifest", boxes_text(self.boxes.len())))
-        } else if !scene.parts().boxes.is_empty() {
-            (of_nodes().collect(), format!("{} of nodes", boxes_text(scene.parts().boxes.len())))
-        } else if self.points.is_empty() {
+        } else if !of_nodes.is_empty() {
+            let boxes = of_nodes.iter().map(|named| (named.name.clone(), named.bounds)).collect();
+            (boxes, format!("{} of nodes", boxes_text(of_nodes.len())))
+        } else if !has_points || self.scatter == Scatter::Adaptive {
             (vec![("scene".to_owned(), scene.bounds())], "one box, the bounds of the scene".into())
         } else {
             (Vec::new(), "no box".into())
-        };
-        let volume = |(name, bounds)| {
-            self.volume(name, bounds).map_err(|error| {
+        }
+    }
+
+    /// The volumes of boxes.
+    fn volumes(&self, boxes: &[NamedBounds]) -> Result<Vec<Volume>, Failure> {
+        let volume = |(name, bounds): &NamedBounds| {
+            self.volume(name.clone(), *bounds).map_err(|error| {
                 Failure::from(error).help("name a box in `boxes`, or another `spacing` or `counts`")
             })
         };
-        Ok((boxes.into_iter().map(volume).collect::<Result<_, _>>()?, from))
+        boxes.iter().map(volume).collect()
+    }
+
+    /// The points of octrees in boxes; where two of them overlap, those of the first.
+    fn scattered(
+        &self,
+        surfaces: &Surfaces<'_>,
+        boxes: &[NamedBounds],
+        reporter: &Reporter,
+    ) -> Result<Vec<[f32; 3]>, Failure> {
+        let spacing = self.spacing.unwrap_or(SPACING) as f32;
+        let mut points: Vec<[f32; 3]> = Vec::new();
+        for (index, (name, bounds)) in boxes.iter().enumerate() {
+            // The coarse cells, each of which becomes a point at least.
+            let coarse =
+                Volume::with_spacing(name.clone(), *bounds, spacing * COARSEST as f32, Lattice::Centres)?;
+            check_count(points.len() + coarse.len())?;
+            let own = reporter.until_stopped(|stop| {
+                scatter(surfaces, *bounds, spacing, stop).map_err(|stopped| failure(stopped.into()))
+            })?;
+            let is_before = |point: &[f32; 3]| {
+                boxes[..index].iter().any(|(_, [least, most])| {
+                    (0..3).all(|axis| (least[axis]..=most[axis]).contains(&point[axis]))
+                })
+            };
+            points.extend(own.into_iter().filter(|point| !is_before(point)));
+            check_count(points.len())?;
+        }
+        Ok(points)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::volume::{Volume, neighbours};
 
 /// Raised when the light between probes changes: every kind of stage that blends it adds this to its own
 /// revision. It begins with 0, so that kinds which learned to take probes kept theirs.
-pub const REVISION: u32 = 0;
+pub const REVISION: u32 = 1;
 
 /// The rows of light at a probe.
 const ROWS: usize = 9;
@@ -22,9 +22,9 @@ const ROWS: usize = 9;
 /// What is added to the weight of every corner of a cell.
 const LEAST_WEIGHT: f32 = 1e-3;
 
-/// How much farther than its rays a probe may see a point. In a corner of a room, rays beside the point's
-/// direction end much sooner; so the second counts where no probe sees the point with the first.
-const SLACKS: [f32; 2] = [1.0, 1.3];
+/// The weight of corners that see a point from which on they are believed: it is more than that of all
+/// corners which count only because of [`LEAST_WEIGHT`].
+const LEAST_SEEING: f32 = 0.02;
 
 /// What shines.
 #[derive(Clone, Copy, Debug)]
@@ -225,34 +225,57 @@ pub(crate) fn corner_weights(places: &ProbePlaces, at: Vec3, normal: Vec3) -> Op
         first += volume.len();
     }
     let (volume, first) = *ranges.iter().find(|(volume, _)| volume.contains(at)).or(ranges.first())?;
-    // A corner of no weight counts if all others are hidden.
-    let corner = |(index, step, weight)| ((first + index) as u32, step, weight + LEAST_WEIGHT);
-    let corners: Vec<(u32, [i32; 3], f32)> = volume.corners(at).map(corner).collect();
-    let place = |probe: u32| Vec3::from(places.positions()[probe as usize]);
+    let place = |probe: usize| Vec3::from(places.positions()[probe]);
     // A probe in the plane of the surface, or behind it, may be behind a wall.
-    let is_before = |probe: u32| (place(probe) - at).dot(normal) > 0.0;
-    let mut used = Vec::new();
-    for slack in SLACKS {
-        used = corners.clone();
-        used.retain(|(probe, ..)| {
-            let index = *probe as usize;
-            places.is_valid(index) && is_before(*probe) && places.sees(volume, index, at, slack)
-        });
-        if !used.is_empty() {
-            break;
+    let is_before = |probe: usize| places.is_valid(probe) && (place(probe) - at).dot(normal) > 0.0;
+    let corner = |(index, step, weight): (usize, [i32; 3], f32)| {
+        let probe = first + index;
+        let reach = if is_before(probe) { places.reach_toward(volume, probe, at) } else { 0.0 };
+        // A corner of no weight counts if all others are hidden.
+        Corner { probe, step, weight: weight + LEAST_WEIGHT, reach }
+    };
+    let mut corners: Vec<Corner> = volume.corners(at).map(corner).collect();
+    let seeing: f32 = corners.iter().filter(|corner| corner.reach >= 1.0).map(|corner| corner.weight).sum();
+    if seeing >= LEAST_SEEING {
+        corners.retain(|corner| corner.reach >= 1.0);
+        let leader = corners.iter().copied().max_by(|a, b| a.weight.total_cmp(&b.weight))?;
+        corners.retain(|corner| leader.sees(places, corner));
+    } else if corners.iter().any(|corner| corner.reach > 0.0) {
+        // In a corner of a room, rays beside the point's direction end sooner. Probes of one side count
+        // together, and the more, the nearer their rays come to the point.
+        for corner in &mut corners {
+            let square = corner.reach.min(1.0) * corner.reach.min(1.0);
+            corner.weight *= square * square * square * square;
         }
+        let seen = |leader: &Corner| -> f32 {
+            corners.iter().filter(|corner| leader.sees(places, corner)).map(|corner| corner.weight).sum()
+        };
+        let leader = corners.iter().copied().max_by(|a, b| seen(a).total_cmp(&seen(b)))?;
+        corners.retain(|corner| leader.sees(places, corner));
     }
-    if let Some(&(leader, from, _)) = used.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
-        let bits = places.visible()[leader as usize];
-        used.retain(|(probe, step, _)| {
-            let way = [0, 1, 2].map(|axis| step[axis] - from[axis]);
-            let bit = neighbours().position(|step| step == way);
-            *probe == leader || bit.is_some_and(|bit| bits >> bit & 1 == 1)
-        });
-    } else {
-        // Nothing is known of the point's side: all corners count.
-        used = corners;
+    // Otherwise nothing is known of the point's side: all corners count.
+    let sum: f32 = corners.iter().map(|corner| corner.weight).sum();
+    Some(corners.into_iter().map(|corner| (corner.probe as u32, corner.weight / sum)).collect())
+}
+
+/// A probe at a corner of the cell that a point is in.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    probe: usize,
+    /// Its step from the first corner.
+    step: [i32; 3],
+    /// Its weight in the blend.
+    weight: f32,
+    /// How far it sees toward the point, in distances to it; 0 for one that is invalid or behind the surface.
+    reach: f32,
+}
+
+impl Corner {
+    /// Whether it sees another corner, which may light the same point.
+    fn sees(&self, places: &ProbePlaces, other: &Self) -> bool {
+        let way = [0, 1, 2].map(|axis| other.step[axis] - self.step[axis]);
+        let bit = neighbours().position(|step| step == way);
+        let bits = places.visible().get(self.probe).copied().unwrap_or(0);
+        self.probe == other.probe || other.reach > 0.0 && bit.is_some_and(|bit| bits >> bit & 1 == 1)
     }
-    let sum: f32 = used.iter().map(|(.., weight)| weight).sum();
-    Some(used.into_iter().map(|(probe, _, weight)| (probe, weight / sum)).collect())
 }

@@ -216,13 +216,13 @@ impl ProbePlaces {
         &self.reach
     }
 
-    /// Whether a probe of a volume sees a point in a cell beside it, as far as its rays know: the longest of
-    /// the four that are nearest to the point's direction counts, times `slack`, so that no point is hidden
-    /// by its own surface.
-    pub(crate) fn sees(&self, volume: &Volume, probe: usize, point: Vec3, slack: f32) -> bool {
+    /// How far a probe of a volume sees toward a point in a cell beside it, in distances to the point: the
+    /// longest of the four rays that are nearest to the point's direction counts, so that a point is not
+    /// hidden by its own surface.
+    pub(crate) fn reach_toward(&self, volume: &Volume, probe: usize, point: Vec3) -> f32 {
         let way = point - Vec3::from(self.positions[probe]);
         let distance = way.length();
-        let Some(reach) = self.reach.get(probe * LOOKS..(probe + 1) * LOOKS) else { return true };
+        let Some(reach) = self.reach.get(probe * LOOKS..(probe + 1) * LOOKS) else { return f32::INFINITY };
         let mut nearest = [(f32::NEG_INFINITY, 0_u8); 4];
         for (direction, reach) in look_directions().iter().zip(reach) {
             let cosine = direction.dot(way);
@@ -232,7 +232,10 @@ impl ProbePlaces {
             }
         }
         let longest = nearest.iter().map(|(_, reach)| *reach).max().unwrap_or(0);
-        longest == u8::MAX || slack * f32::from(longest) / 254.0 * diagonal(volume) >= distance
+        if longest == u8::MAX || distance == 0.0 {
+            return f32::INFINITY;
+        }
+        f32::from(longest) / 254.0 * diagonal(volume) / distance
     }
 
     /// Replaces the light of probes that have none of their own; `light` has `length` numbers a probe.

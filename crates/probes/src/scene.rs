@@ -66,6 +66,8 @@ pub struct SceneParts {
     pub parts: Vec<Part>,
     /// The boxes for probes.
     pub boxes: Vec<NamedBox>,
+    /// The places of single probes, in metres.
+    pub points: Vec<[f32; 3]>,
 }
 
 impl SceneParts {

@@ -12,10 +12,11 @@ pub enum ScenePart {
     /// Everything.
     All,
     /// What places of probes depend on: the triangles, which of them have two sides, which rays pass them,
-    /// and the boxes. All surfaces are white.
+    /// and the boxes and points. All surfaces are white.
     Shape,
     /// What the transport from the sky and from emissive materials depends on: surfaces, with a radiance of 1
-    /// for each of these materials. Lamps and boxes are missing.
+    /// for each of these materials. Lamps, boxes and points are
+    /// missing.
     Surfaces,
     /// What the transport from lamps depends on: surfaces that emit nothing, and the lamps with a colour and
     /// an intensity of 1.
@@ -55,6 +56,7 @@ fn surfaces(parts: &SceneParts) -> SceneParts {
         materials: parts.materials.iter().map(material).collect(),
         lamps: Vec::new(),
         boxes: Vec::new(),
+        points: Vec::new(),
         parts: nameless(parts),
         ..parts.clone()
     }
@@ -123,6 +125,7 @@ fn shape(parts: &SceneParts) -> SceneParts {
         material_of: parts.material_of.clone(),
         parts: parts.parts.clone(),
         boxes: parts.boxes.clone(),
+        points: parts.points.clone(),
     }
 }
 
@@ -171,6 +174,7 @@ mod tests {
             lamps: vec![lamp],
             parts: vec![Part { name: "floor".into(), triangles: 2 }],
             boxes: vec![NamedBox { name: "box".into(), bounds: [[0.0; 3], [1.0; 3]] }],
+            points: vec![[0.5; 3]],
         })
         .unwrap()
     }
@@ -192,7 +196,7 @@ mod tests {
             change(&mut parts);
             Scene::new(parts).unwrap().part(part) == whole.part(part)
         };
-        let cases: [Case<'_>; 9] = [
+        let cases: [Case<'_>; 10] = [
             ("a lamp's colour", &|parts| parts.lamps[0].color = [1.0; 3], [true, true, true]),
             ("a lamp's intensity", &|parts| parts.lamps[0].intensity = 0.0, [true, true, true]),
             ("a lamp's place", &|parts| parts.lamps[0].position[0] = 1.0, [true, true, false]),
@@ -213,6 +217,7 @@ mod tests {
             ("a mask", &|parts| parts.materials[1].base[3] = 0.25, [false, false, false]),
             ("a triangle", &|parts| parts.triangles[1][0][2] = 0.5, [false, false, false]),
             ("a box", &|parts| parts.boxes[0].bounds[1][0] = 2.0, [false, true, true]),
+            ("a point", &|parts| parts.points[0][0] = 2.0, [false, true, true]),
         ];
         for (what, change, expected) in cases {
             let found =

@@ -1,5 +1,7 @@
 //! What a probe sees around it: whether it is inside of something, and how near surfaces are.
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 
 use crate::closed::closed;
@@ -38,19 +40,22 @@ impl View {
 }
 
 /// The directions in which probes look around.
-pub(crate) fn look_directions() -> Vec<Vec3> {
-    let direction = |index| {
-        let v = sphere::spiral(index, LOOKS).vector();
-        Vec3::new(v.x as f32, v.y as f32, v.z as f32)
-    };
-    (0..LOOKS).map(direction).collect()
+pub(crate) fn look_directions() -> &'static [Vec3] {
+    static DIRECTIONS: LazyLock<Vec<Vec3>> = LazyLock::new(|| {
+        let direction = |index| {
+            let v = sphere::spiral(index, LOOKS).vector();
+            Vec3::new(v.x as f32, v.y as f32, v.z as f32)
+        };
+        (0..LOOKS).map(direction).collect()
+    });
+    &DIRECTIONS
 }
 
 /// A scene in which probes look around.
 pub(crate) struct Viewer<'a> {
     pub(crate) surfaces: &'a Surfaces<'a>,
     closed: Vec<bool>,
-    directions: Vec<Vec3>,
+    directions: &'static [Vec3],
 }
 
 impl<'a> Viewer<'a> {

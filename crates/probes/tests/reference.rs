@@ -269,20 +269,24 @@ fn the_furnace_shines_as_its_closed_form() {
     }
 }
 
-/// The light of the sky on surfaces between probes that are half a metre apart. A plain try has errors of 20
-/// and 3.5 percent; ours has 13 and 2.1 at the default number of paths. Fewer paths add their noise: 12
-/// percent of 18 in the rooms, and 2 of 3 in the courtyard.
+/// The light of the sky on surfaces between probes that are half and a quarter of a metre apart. A plain try
+/// (trilinear, without probes behind walls or inside of something) has errors of 20 and 7 percent in the
+/// rooms, and of 3.5 and 3 in the courtyard: no worse than these. Ours has 17.0, 3.6, 2.8 and 2.3 percent;
+/// fewer paths add their noise, 5 percent of the 6.3 at 2048 paths in the rooms.
 #[test]
 fn surfaces_take_their_light_from_probes_on_their_side() {
     let test = "surfaces_take_their_light_from_probes_on_their_side";
-    let courtyard = [[-3.5, -3.5, -0.5], [3.5, 3.5, 2.5]];
-    for (name, bounds, paths, limit) in
-        [("rooms", None, 2048, 0.2), ("courtyard", Some(courtyard), 512, 0.035)]
-    {
+    let courtyard = Some([[-3.5, -3.5, -0.5], [3.5, 3.5, 2.5]]);
+    for (name, bounds, spacing, paths, limit) in [
+        ("rooms", None, 0.5, 4096, 0.2),
+        ("rooms", None, 0.25, 2048, 0.07),
+        ("courtyard", courtyard, 0.5, 1024, 0.035),
+        ("courtyard", courtyard, 0.25, 512, 0.03),
+    ] {
         let Some(reference) = Reference::load(test, name) else { return };
         let surfaces = Surfaces::new(&reference.scene);
         let bounds = bounds.unwrap_or(reference.scene.bounds());
-        let volume = Volume::with_spacing(name.into(), bounds, 0.5, Lattice::Corners).unwrap();
+        let volume = Volume::with_spacing(name.into(), bounds, spacing, Lattice::Corners).unwrap();
         let places = ProbePlaces::new(&surfaces, vec![volume], &[], Stop::NEVER).unwrap();
         let degree = Degree::new(2).unwrap();
         let options = BakeOptions { sky: degree, paths, ..BakeOptions::default() };
@@ -308,6 +312,7 @@ fn surfaces_take_their_light_from_probes_on_their_side() {
         }
         assert!(pairs.len() > 50, "{name}: {}", pairs.len());
         let error = relative(pairs.into_iter());
-        assert!(error < limit, "{name}: {error}");
+        println!("{name}, {spacing} m: {:.1} %", 100.0 * error);
+        assert!(error < limit, "{name}, {spacing} m: {error}");
     }
 }

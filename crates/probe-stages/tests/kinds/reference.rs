@@ -10,7 +10,7 @@ use stages::artifacts::{Lighting, ProbeLamps, ProbePlaces, ProbeTransport, Probe
 
 use crate::fixture::{case, part};
 
-fn numbers(value: &Value) -> Vec<f64> {
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(values) => values.iter().flat_map(numbers).collect(),
         value => value.as_f64().into_iter().collect(),
@@ -27,11 +27,16 @@ struct Lit {
     sky: Option<Arc<Probes>>,
 }
 
-fn lit(test: &str, name: &str) -> Option<Lit> {
+/// A reference scene with its values; `None` if the test is skipped.
+pub(crate) fn scene(test: &str, name: &str) -> Option<(Value, Arc<Scene>)> {
     let json = test_data::reference(test, &format!("probes/{name}.json"))?;
     let folder = test_data::folder(test, "SPECULA_REFERENCE")?;
     let bytes = std::fs::read(folder.join(format!("probes/{name}.glb"))).unwrap();
-    let scene: Arc<Scene> = case("import-scene", "").file("a.glb", bytes).source("a.glb").artifact();
+    Some((json, case("import-scene", "").file("a.glb", bytes).source("a.glb").artifact()))
+}
+
+fn lit(test: &str, name: &str) -> Option<Lit> {
+    let (json, scene) = scene(test, name)?;
     let points: Vec<Value> =
         json["probes"].as_array().unwrap().iter().map(|probe| probe["position"].clone()).collect();
     // TOML has floats with a point.

@@ -41,6 +41,8 @@ pub struct SceneOptions<'a> {
     pub transmission: Transmission,
     /// The names of nodes that are boxes for probes, beside those with `extras.specula_probes`.
     pub is_box: Option<&'a dyn Fn(&str) -> bool>,
+    /// The names of nodes that are the places of single probes, unless they are boxes.
+    pub is_point: Option<&'a dyn Fn(&str) -> bool>,
 }
 
 /// A scene, and what its user should know of it.
@@ -55,7 +57,8 @@ pub struct GltfScene {
 /// Reads a scene. Other files are read through `read`: see [`read_gltf`](super::read_gltf).
 ///
 /// A node of a box has no part in the scene otherwise: the box is that around its mesh or, without one,
-/// around the cube from -1 to 1 in its coordinates, as Blender draws an empty.
+/// around the cube from -1 to 1 in its coordinates, as Blender draws an empty. A node of a single probe has
+/// no part in it either: the probe is at its origin.
 ///
 /// # Errors
 /// If `read` fails; if the file is not glTF 2.0, is damaged, or needs an extension that is not read here; if
@@ -80,7 +83,10 @@ pub fn read_gltf_scene<E: From<Error>>(
     let buffers = Buffers::load(&document, needed.chain(colours), chunk, read)?;
     let accessors = Accessors { document: &document, buffers: &buffers };
     let boxes = Boxes { json: &json, is_box: options.is_box };
-    let in_scene = |mesh: &&PlacedMesh| !boxes.contains(mesh.node);
+    let is_point = |node: usize| {
+        options.is_point.is_some_and(|is_point| is_named(&json, node, is_point)) && !boxes.contains(node)
+    };
+    let in_scene = |mesh: &&PlacedMesh| !boxes.contains(mesh.node) && !is_point(mesh.node);
     let used: BTreeSet<Option<usize>> = placed
         .meshes
         .iter()
@@ -105,6 +111,9 @@ pub fn read_gltf_scene<E: From<Error>>(
     }
     let Builder { mut parts, flat, .. } = builder;
     parts.boxes = boxes.all(&document, &accessors, &placed)?;
+    let places = placed.nodes.iter().enumerate().filter(|(node, _)| is_point(*node));
+    let points = places.filter_map(|(_, place)| Some(place.as_ref()?.translation.as_vec3().to_array()));
+    parts.points = points.collect();
     parts.lamps = lamps(&json, &placed.nodes)?;
     let mut notes = materials.notes.clone();
     notes.extend(dark_lamps(&parts.lamps));
@@ -158,6 +167,12 @@ fn node_name(json: &Map<String, Value>, node: usize) -> String {
     name.map_or_else(|| format!("nodes[{node}]"), str::to_owned)
 }
 
+/// Whether a node has a name, and the name is one of those that are meant.
+fn is_named(json: &Map<String, Value>, node: usize, is_meant: &dyn Fn(&str) -> bool) -> bool {
+    let name = json.get("nodes").and_then(|nodes| nodes.get(node)).and_then(|node| node.get("name"));
+    name.and_then(Value::as_str).is_some_and(is_meant)
+}
+
 /// The nodes that are boxes for probes.
 struct Boxes<'a> {
     json: &'a Map<String, Value>,
@@ -166,12 +181,9 @@ struct Boxes<'a> {
 
 impl Boxes<'_> {
     fn contains(&self, node: usize) -> bool {
-        let node = self.json.get("nodes").and_then(|nodes| nodes.get(node));
-        let extras = node.and_then(|node| node.get("extras")).and_then(|extras| extras.get(BOX));
-        let is_named = || {
-            let name = node.and_then(|node| node.get("name")).and_then(Value::as_str);
-            name.zip(self.is_box).is_some_and(|(name, is_box)| is_box(name))
-        };
+        let place = self.json.get("nodes").and_then(|nodes| nodes.get(node));
+        let extras = place.and_then(|place| place.get("extras")).and_then(|extras| extras.get(BOX));
+        let is_named = || self.is_box.is_some_and(|is_box| is_named(self.json, node, is_box));
         match extras {
             Some(Value::Bool(flag)) => *flag,
             Some(Value::Number(number)) => number.as_f64() != Some(0.0),

@@ -106,8 +106,8 @@ enum LampKindEntry {
 /// A scene of T triangles in Specula's frame, in metres: `triangles` [T, 3, 3] f32, `material_of` \[T\]
 /// u32, `attributes` [A, 3, 10] f32 (RGBA, and the coordinates of the base colour, the emission and the
 /// metallic share), `attributes_of` \[T\] u32 (4294967295 for none), and `texture0` [height, width, 4] u16,
-/// ... , linear. The metadata have the lists `materials`, `lamps`, `nodes` and `boxes` in JSON, `part` and
-/// `surfaces`.
+/// ... , linear. The metadata have the lists `materials`, `lamps`, `nodes`, `boxes` and, if there are any,
+/// `points` in JSON, `part` and `surfaces`.
 pub fn encode_scene(stored: &StoredScene, recipe: Option<&str>) -> Vec<u8> {
     let SceneParts {
         triangles,
@@ -119,6 +119,7 @@ pub fn encode_scene(stored: &StoredScene, recipe: Option<&str>) -> Vec<u8> {
         lamps,
         parts,
         boxes,
+        points,
     } = stored.scene.parts();
     let mut file = Writer::new("scene", recipe);
     let part = PARTS.iter().find(|(_, part)| *part == stored.part).map_or("all", |(word, _)| word);
@@ -128,6 +129,9 @@ pub fn encode_scene(stored: &StoredScene, recipe: Option<&str>) -> Vec<u8> {
     file.entry("lamps", list(lamps.iter().map(LampEntry::of)));
     file.entry("nodes", list(parts.iter().map(|part| (part.name.as_str(), part.triangles))));
     file.entry("boxes", list(boxes.iter().map(|named| (named.name.as_str(), named.bounds))));
+    if !points.is_empty() {
+        file.entry("points", list(points.iter()));
+    }
     let count = triangles.len();
     file.numbers("triangles", &[count, 3, 3], triangles.as_flattened().as_flattened());
     file.words("material_of", &[count], material_of);
@@ -178,6 +182,8 @@ pub fn decode_scene(bytes: &[u8]) -> Result<StoredScene, Error> {
     let nodes: Vec<(String, usize)> = file.list("nodes")?;
     let nodes = nodes.into_iter().map(|(name, triangles)| Part { name, triangles });
     let boxes: Vec<(String, [[f32; 3]; 2])> = file.list("boxes")?;
+    // Scenes without points do not have the list.
+    let points = if file.metadata.contains_key("points") { file.list("points")? } else { Vec::new() };
     let triangles = numbers("triangles", "[T, 3, 3]", &[3, 3])?;
     let mut textures = Vec::new();
     while file.has(&format!("texture{}", textures.len())) {
@@ -193,6 +199,7 @@ pub fn decode_scene(bytes: &[u8]) -> Result<StoredScene, Error> {
         lamps: lamps.into_iter().map(LampEntry::lamp).collect(),
         parts: nodes.collect(),
         boxes: boxes.into_iter().map(|(name, bounds)| NamedBox { name, bounds }).collect(),
+        points,
     };
     let scene = Scene::new(parts).map_err(|error| Error::damaged(error.to_string()))?;
     let surfaces = file.metadata.get(SURFACES).cloned().unwrap_or_default();
@@ -370,6 +377,7 @@ mod tests {
             ],
             parts: ["floor", "wall"].map(|name| Part { name: name.into(), triangles: 1 }).into(),
             boxes: vec![NamedBox { name: "hall".into(), bounds: [[-1.0; 3], [0.7; 3]] }],
+            points: vec![[0.1, -2.5, 1e-7]],
         };
         let parts = SceneParts {
             parts: vec![parts.parts[0].clone(), Part { name: "wall".into(), triangles: 2 }],
