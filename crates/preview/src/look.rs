@@ -216,6 +216,11 @@ impl Look {
         self.light_field.as_ref()
     }
 
+    /// Whether BRDF tables are under other light at each place, and not under distant light.
+    pub fn has_near_light(&self) -> bool {
+        self.light_field.is_some() || self.light_at_places.is_some()
+    }
+
     /// The compact map of the look's light and material.
     ///
     /// # Errors
@@ -282,7 +287,7 @@ impl Look {
     /// material that reflects them by itself [KSS02, sec. 7]; `None` if there are none, under near
     /// light, and if the table is not that of one known material.
     pub fn beside_table(&self) -> Option<Lamps> {
-        if self.light_field.is_some() || self.light_at_places.is_some() {
+        if self.has_near_light() {
             return None;
         }
         self.table().filter(|table| table.count() == 1)?;

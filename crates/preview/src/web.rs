@@ -321,7 +321,7 @@ impl WebView {
 /// Whether a page can draw the BRDF table of a look: that of one material under distant light.
 pub fn shows_table(look: &Look) -> bool {
     let can = |table: &BrdfTable| table.count() == 1 && table.degree().get() <= MAX_DEGREE;
-    look.light_field().is_none() && look.table().is_some_and(|table| can(table))
+    !look.has_near_light() && look.table().is_some_and(|table| can(table))
 }
 
 /// The shader of taps with the look-up of a compact map.

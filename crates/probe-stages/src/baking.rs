@@ -8,7 +8,7 @@ use sh::Degree;
 /// A number of reflections, or all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bounces {
-    /// Paths end at random, without a bias.
+    /// No reflection is left out.
     All,
     /// At most this many.
     Most(u32),
@@ -47,7 +47,7 @@ impl Parameter for Bounces {
 parameters! {
     /// The parameters that the kinds share which trace paths.
     pub(crate) struct Baking {
-        /// The most reflections that a path has; `"all"` ends paths at random, without a bias.
+        /// The most reflections that a path has; `"all"` leaves none out.
         bounces: Bounces = Bounces::All,
         /// The paths of a probe.
         #[range(16..=16777216)]

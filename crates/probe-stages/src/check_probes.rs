@@ -20,7 +20,8 @@
 //! | `bevy` | what Bevy does: all boxes that contain the point |
 //! | `visible` | what `shade-vertices` and `export-gltf` do: the corners of a cell that see the point |
 //!
-//! Points in no volume, and those that no probe near them sees, such as the bottom of a crate, are left out.
+//! Points in no volume, and those that no probe near them sees, such as the bottom of a crate, are left out;
+//! a warning says if fewer than `points` remain.
 //! A note has the mean share and the worst points. With `leak-limit`, a mean share above it is an error,
 //! which fails the build. Boxes that end at walls (`boxes` of `place-probes`), or walls in the middle between
 //! rows of probes, make it smaller; `report` draws the leaks.
@@ -29,7 +30,8 @@
 //!
 //! ## Files
 //!
-//! `.json`: `blend`, `points` and `hidden`, the numbers of points that were measured and left out; `mean` and
+//! `.json`: `format`, `blend`; `points`, the number of points that were measured, and `hidden`, the number of
+//! those in volumes that no probe sees; `mean` and
 //! `limit`; and `worst`, up to 100 points of surfaces with their `place` and `normal` in metres in Specula's
 //! frame, the `share` that leaks there, and the `probes` it comes from, each with its weight.
 
@@ -102,7 +104,8 @@ impl Kind for CheckProbes {
 
     const NAME: &'static str = "check-probes";
     const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = &[probes::revisions::PROBES, probes::revisions::BLEND];
+    const KERNELS: &'static [u32] =
+        &[probes::revisions::PROBES, probes::revisions::BLEND, probes::revisions::LEAKS];
     const TEXT: &'static str = include_str!("check_probes.rs");
 
     fn ports() -> Vec<Port> {
@@ -130,6 +133,12 @@ impl Kind for CheckProbes {
                 "no point of a surface is in a volume of probes and seen by one of them",
             )
             .help("connect the scene in which the probes were placed, or larger `boxes`"));
+        }
+        if found.points.len() < parameters.points {
+            let (found, wanted) = (found.points.len(), parameters.points);
+            context
+                .reporter
+                .warn(format!("only {found} of {wanted} points are in a volume and seen by a probe"));
         }
         let text = describe(&found, places, name);
         let mean = found.mean();

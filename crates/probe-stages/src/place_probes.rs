@@ -16,10 +16,11 @@
 //!
 //! The volumes are `boxes` of the manifest, in Specula's frame (+Z up, metres), or else the boxes of the
 //! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box, the bounds of
-//! the scene; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
+//! the scene, unless single points are all that there is to be; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
 //! `counts` along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187
 //! and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single
-//! probes beside them, as are the nodes that `points` of `import-scene` names.
+//! probes beside them, as are the nodes that `points` of `import-scene` names; with such points and no box,
+//! the bounds of the scene are a box only for `split` and `scatter`.
 //!
 //! ## Rooms
 //!
@@ -58,8 +59,8 @@
 //!
 //! Boxes are divided into cells about four spacings long; those that a surface meets are halved, twice at
 //! most. The middle of each cell that is not inside of a solid is a probe: they are about a spacing apart at
-//! surfaces, and four in the open. `export-probes` takes them for `unity` and `gltf`; other presets load
-//! grids.
+//! surfaces, and four in the open. They are in no volume: `export-probes` takes them for `unity` and `gltf`,
+//! and other presets load grids, which `check-probes`, `shade-vertices` and `preview` need, too.
 //!
 //! ## Repairs
 //!
@@ -242,7 +243,7 @@ impl Kind for PlaceProbes {
 
     const NAME: &'static str = "place-probes";
     const REVISION: u32 = 2;
-    const KERNELS: &'static [u32] = &[probes::revisions::PROBES];
+    const KERNELS: &'static [u32] = &[probes::revisions::PROBES, probes::revisions::LEAKS];
     const TEXT: &'static str = include_str!("place_probes.rs");
     const SLOW: bool = true;
 
@@ -265,6 +266,9 @@ impl Kind for PlaceProbes {
         }
         if is_scattered && parameters.split == Split::Rooms {
             errors.push(("split", "has no effect on scattered points, which are in no volume".into()));
+        }
+        if is_scattered && parameters.lattice == LatticeName::Corners {
+            errors.push(("lattice", "has no effect on scattered points, which are in no volume".into()));
         }
         if parameters.opening != OPENING && parameters.split != Split::Rooms {
             errors.push(("opening", "has an effect only with split = \"rooms\"".into()));
@@ -337,7 +341,7 @@ impl Parameters {
         } else if !of_nodes.is_empty() {
             let boxes = of_nodes.iter().map(|named| (named.name.clone(), named.bounds)).collect();
             (boxes, format!("{} of nodes", boxes_text(of_nodes.len())))
-        } else if !has_points || self.scatter == Scatter::Adaptive {
+        } else if !has_points || self.scatter == Scatter::Adaptive || self.split == Split::Rooms {
             (vec![("scene".to_owned(), scene.bounds())], "one box, the bounds of the scene".into())
         } else {
             (Vec::new(), "no box".into())

@@ -4,7 +4,7 @@
 //!
 //! where B_j(w) is the radiance that arrives from w under the sky Y_j. A path with the first direction w that
 //! leaves the scene in the direction d with the throughput b adds Y_i(w) b Y_j(d); the mean over all paths is
-//! T_ij, without a bias.
+//! T_ij, but for the blur of the cache at which they end (irradiance_cache.rs).
 
 use std::ops::Range;
 
@@ -20,8 +20,8 @@ use crate::random::hash;
 use crate::surfaces::{Place, Surfaces};
 use crate::transport::Transport;
 
-/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
-/// revision.
+/// Raised when the results of bakes or of [`crate::ProbePlaces`], [`crate::rooms`] or [`crate::scatter`]
+/// change: every kind of stage that calls them adds this to its own revision.
 pub const REVISION: u32 = 2;
 
 /// Paths whose sums are kept in single precision.

@@ -14,6 +14,10 @@ use crate::random::hash;
 use crate::surfaces::Surfaces;
 use crate::volume::{Lattice, Volume};
 
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 0;
+
 /// How probes are blended at a point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {

@@ -61,5 +61,6 @@ pub use volume::{Lattice, MOST_ALONG, MOST_PROBES, Volume, VolumeError, neighbou
 pub mod revisions {
     pub use crate::bake::REVISION as PROBES;
     pub use crate::cpca::REVISION as COMPONENTS;
+    pub use crate::leaks::REVISION as LEAKS;
     pub use crate::lit_probes::REVISION as BLEND;
 }

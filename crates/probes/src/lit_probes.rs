@@ -243,8 +243,10 @@ pub(crate) fn corner_weights(places: &ProbePlaces, at: Vec3, normal: Vec3) -> Op
     } else if corners.iter().any(|corner| corner.reach > 0.0) {
         // In a corner of a room, rays beside the point's direction end sooner. Probes of one side count
         // together, and the more, the nearer their rays come to the point.
+        let most = corners.iter().map(|corner| corner.reach.min(1.0)).fold(0.0, f32::max);
         for corner in &mut corners {
-            let square = corner.reach.min(1.0) * corner.reach.min(1.0);
+            let share = corner.reach.min(1.0) / most;
+            let square = share * share;
             corner.weight *= square * square * square * square;
         }
         let seen = |leader: &Corner| -> f32 {

@@ -5,6 +5,7 @@ use transfer::{Form, StoredTransfer, quarter_turns};
 
 use super::elements::padded;
 use super::texture::{ELEMENTS, WebTexels, WebTexture};
+use crate::RenderError;
 use crate::shading::turned_light::MAX_DEGREE;
 
 /// The vertex shader of matte transfer.
@@ -22,19 +23,26 @@ pub struct WebTransfer {
 }
 
 impl WebTransfer {
-    /// The vectors of some vertices of a mesh, in this order; `None` if its transfer is not matte, of more
-    /// degrees than a page turns, or of fewer vertices.
-    pub fn of(transfer: &StoredTransfer, vertices: &[u32]) -> Option<Self> {
+    /// The vectors of some vertices of a mesh, in this order.
+    ///
+    /// # Errors
+    /// If the transfer is not matte, of more degrees than a page turns, or of fewer vertices.
+    pub fn of(transfer: &StoredTransfer, vertices: &[u32]) -> Result<Self, RenderError> {
         let rows = transfer.form().input().rows();
         let is_known = |vertex: &u32| (*vertex as usize) < transfer.len();
-        if transfer.form().input().get() > MAX_DEGREE || !vertices.iter().all(is_known) {
-            return None;
+        let degree = transfer.form().input().get();
+        if degree > MAX_DEGREE {
+            return Err(RenderError::maps(format!("its degree {degree} is above {MAX_DEGREE}")));
+        }
+        if !vertices.iter().all(is_known) {
+            return Err(RenderError::maps("it has fewer vertices than the mesh"));
         }
         let values = |form: &'_ Form| match form {
             Form::Matte(matte) => Some(matte.values().to_vec()),
             _ => None,
         };
-        let channels: Vec<_> = transfer.channels().iter().map(values).collect::<Option<_>>()?;
+        let channels: Option<Vec<_>> = transfer.channels().iter().map(values).collect();
+        let channels = channels.ok_or_else(|| RenderError::maps("it is not matte"))?;
         let vectors = vertices.iter().flat_map(|vertex| {
             channels.iter().flat_map(move |values| {
                 let vector = &values[*vertex as usize * rows..][..rows];
@@ -57,7 +65,7 @@ impl WebTransfer {
             ("transfer_uniforms.rows", rows as f64),
             ("transfer_uniforms.channels", channels.len() as f64),
         ];
-        Some(Self { texture, uniforms })
+        Ok(Self { texture, uniforms })
     }
 }
 

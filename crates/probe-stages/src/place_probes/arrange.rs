@@ -99,7 +99,7 @@ fn split(
             rooms(surfaces, *bounds, opening, stop).map_err(|stopped| failure(PlacesError::from(stopped)))
         })?;
         if found.is_empty() {
-            reporter.note(format!("{name} is not split: nothing in it is as wide as half a metre"));
+            reporter.note(format!("{name} is not split: it has no free space that is half a metre wide"));
             all.push((name.clone(), *bounds));
         }
         let named = |(room, bounds): (usize, _)| (format!("{name}, room {}", room + 1), bounds);

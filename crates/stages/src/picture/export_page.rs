@@ -56,9 +56,10 @@
 //! Texels are three channels of nine bits with a common exponent where that is within 0.01 stops, otherwise
 //! half floats; tables, lights and textures of base colours are exact. All is compressed. If the page would
 //! be larger than `size-limit`, forms are left out, those of the end of the table above first, and the page
-//! says which. The background and the mirror show at most `sky` rows of an environment, and fewer where skies
-//! would take more than a quarter of the page; reflections are made from all of it. Textures of base colours
-//! are means of their texels where they would take more than a third.
+//! says which. A matte transfer is left out if its mesh would take more than a third of the page with it.
+//! The background and the mirror show at most `sky` rows of an environment, and fewer where skies would take
+//! more than a quarter of the page; reflections are made from all of it. Textures of base colours are means
+//! of their texels where they would take more than a third.
 //!
 //! ## Files
 //!
@@ -170,7 +171,7 @@ impl Kind for ExportPage {
         let pairs = pairs(&context.inputs, &keys, &lights, reporter)?;
         if pairs.is_empty() {
             return Err(Failure::new("no material is connected under an environment")
-                .help("connect scale-space and taps, reflection, or table, of the same environments"));
+                .help("connect scale-space and taps, reflection, or a table of one material"));
         }
 
         let limit = (parameters.size_limit * 1e6) as usize;
@@ -280,7 +281,7 @@ fn add_meshes(
         }
     }
     let meshes = Meshes::of(context, &document.materials, &placements)?;
-    document.meshes = meshes.entries(blobs);
+    document.meshes = meshes.entries(blobs, most, &mut document.left_out);
     let look = |pair: &Pair| {
         let look = Look::of_light(Arc::clone(&pair.light), pair.material.clone(), MapSizes::default());
         look.with_base_color(pair.texture.clone())

@@ -338,6 +338,7 @@ impl Kind for ReportKind {
         envmap::revisions::LAMPS,
         sampling::revisions::RIG,
         probes::revisions::BLEND,
+        probes::revisions::LEAKS,
     ];
     const TEXT: &'static str = include_str!("report.rs");
     const SHOWS_KEYS: bool = true;

@@ -220,7 +220,7 @@ fn a_mesh_with_a_matte_transfer_has_it_at_its_vertices() {
     assert!(parts(1)[0]["transfer"].is_null(), "our own knot has none");
 
     let matrices = of(pit(), "directions = 512").failure();
-    assert_eq!(matrices, "the transfer is not matte");
+    assert_eq!(matrices, "the transfer of the mesh: it is not matte");
     let other = Mesh(mesh::shape("plane").unwrap());
     let other = of(other, "form = \"matte\"\ndirections = 512").failure();
     assert_eq!(other, "the transfer belongs to no mesh of the page");

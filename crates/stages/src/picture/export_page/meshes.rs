@@ -1,15 +1,17 @@
 //! The meshes of a page, and what their parts are shown in.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use brdf::TexturePlacement;
-use engine::{Context, Digest, Failure, ItemKey};
+use engine::{Context, Digest, Failure};
 use mesh::Mesh;
-use preview::Framing;
 use preview::web::WebTransfer;
+use preview::{Framing, RenderError};
 use preview_page::{Blobs, MeshEntry, MeshPart};
 use transfer::StoredTransfer;
 
+use super::pairs::name;
 use crate::values::artifacts;
 
 /// The meshes of a page.
@@ -39,31 +41,16 @@ impl Meshes {
         materials: &[String],
         textures: &BTreeMap<usize, TexturePlacement>,
     ) -> Result<Self, Failure> {
-        let transfers = context.inputs.many::<artifacts::Transfer>("transfer")?;
-        let digests = match transfers.is_empty() {
-            true => Vec::new(),
-            false => {
-                context.inputs.many_bytes("mesh")?.iter().map(|bytes| Digest::of(bytes).to_string()).collect()
-            }
-        };
-        if let Some((key, _)) = transfers.iter().find(|(_, transfer)| !digests.contains(&transfer.0.mesh)) {
-            return Err(Failure::new(format!("the transfer{} belongs to no mesh of the page", named(key)))
-                .help("connect the mesh that precompute-transfer used to `mesh`, including its tangents"));
-        }
         let mut meshes = Vec::new();
-        for (place, (key, mesh)) in context.inputs.many::<artifacts::Mesh>("mesh")?.into_iter().enumerate() {
+        let transfers = transfers(context)?;
+        for ((key, mesh), transfer) in context.inputs.many::<artifacts::Mesh>("mesh")?.iter().zip(transfers) {
             let stem = key.stems().collect::<Vec<_>>().join(" · ");
-            let transfer =
-                transfers.iter().find(|(_, transfer)| digests.get(place) == Some(&transfer.0.mesh));
-            let transfer = transfer.map(|(_, transfer)| &transfer.0.value);
-            let parts = parts(&stem, &mesh.0, materials, textures, transfer);
-            if transfer.is_some() && parts.iter().any(|part| part.transfer.is_none()) {
-                return Err(Failure::new(format!("the transfer{} is not matte", named(&key))).help(
-                    "a page shows the transfer of matte meshes: form = \"matte\" of precompute-transfer",
-                ));
-            }
-            let name = if stem.is_empty() { "mesh".into() } else { stem };
-            meshes.push(PageMesh { name, framing: framing(&mesh.0), parts });
+            let transfer = transfer.as_ref().map(|transfer| &transfer.0.value);
+            let parts = parts(&stem, &mesh.0, materials, textures, transfer).map_err(|error| {
+                Failure::new(format!("the transfer of {}: {error}", name(key, "the mesh")))
+                    .help("a page shows that of matte meshes: form = \"matte\" of precompute-transfer")
+            })?;
+            meshes.push(PageMesh { name: name(key, "mesh"), framing: framing(&mesh.0), parts });
         }
         for name in ["torus-knot", "sphere"] {
             meshes.extend(mesh::shape(name).map(|mesh| PageMesh {
@@ -81,25 +68,61 @@ impl Meshes {
         parts.flat_map(|part| &part.textures).any(|(of, _)| *of == material)
     }
 
-    /// Adds them to a page.
-    pub(crate) fn entries(&self, blobs: &mut Blobs) -> Vec<MeshEntry> {
-        let entry = |PageMesh { name, framing, parts }: &PageMesh| {
-            let parts = parts.iter().map(|Part { mesh, material, textures, transfer }| MeshPart {
-                mesh,
-                material: *material,
-                textures: textures.clone(),
-                transfer: transfer.clone(),
-            });
-            let parts: Vec<_> = parts.collect();
-            MeshEntry::new(name.clone(), *framing, &parts, blobs)
+    /// Adds them to a page. A transfer that would take more than so many bytes is left out, and named.
+    pub(crate) fn entries(
+        &self,
+        blobs: &mut Blobs,
+        most: usize,
+        left_out: &mut Vec<String>,
+    ) -> Vec<MeshEntry> {
+        let mut entry = |mesh: &PageMesh| {
+            let first = blobs.next();
+            let whole = mesh.entry(true, blobs);
+            if mesh.parts.iter().all(|part| part.transfer.is_none()) || blobs.since(first) <= most {
+                return whole;
+            }
+            left_out.push(format!("the transfer of {}", mesh.name));
+            blobs.forget(first);
+            mesh.entry(false, blobs)
         };
-        self.0.iter().map(entry).collect()
+        self.0.iter().map(&mut entry).collect()
     }
 }
 
-/// An item's key after the name of what it is.
-fn named(key: &ItemKey) -> String {
-    if key.is_empty() { String::new() } else { format!(" {key}") }
+impl PageMesh {
+    /// Adds it to a page, with its transfer or without.
+    fn entry(&self, has_transfer: bool, blobs: &mut Blobs) -> MeshEntry {
+        let parts = self.parts.iter().map(|Part { mesh, material, textures, transfer }| MeshPart {
+            mesh,
+            material: *material,
+            textures: textures.clone(),
+            transfer: transfer.clone().filter(|_| has_transfer),
+        });
+        let parts: Vec<_> = parts.collect();
+        MeshEntry::new(self.name.clone(), self.framing, &parts, blobs)
+    }
+}
+
+/// The transfer of each connected mesh, by the mesh that it was computed for.
+fn transfers(context: &Context<'_>) -> Result<Vec<Option<Arc<artifacts::Transfer>>>, Failure> {
+    let transfers = context.inputs.many::<artifacts::Transfer>("transfer")?;
+    let mut found = vec![None; context.inputs.many::<artifacts::Mesh>("mesh")?.len()];
+    if transfers.is_empty() {
+        return Ok(found);
+    }
+    let digests = context.inputs.many_bytes("mesh")?;
+    let digests: Vec<_> = digests.iter().map(|bytes| Digest::of(bytes).to_string()).collect();
+    for (key, transfer) in transfers {
+        let place = digests.iter().position(|digest| *digest == transfer.0.mesh).ok_or_else(|| {
+            Failure::new(format!("{} belongs to no mesh of the page", name(&key, "the transfer")))
+                .help("connect the mesh that precompute-transfer used to `mesh`, including its tangents")
+        })?;
+        if found[place].replace(transfer).is_some() {
+            return Err(Failure::new(format!("{} has two transfers", name(&key, "the mesh")))
+                .help("connect one to the page: it shows one form of a matte mesh"));
+        }
+    }
+    Ok(found)
 }
 
 fn framing(mesh: &Mesh) -> Framing {
@@ -115,8 +138,8 @@ fn parts(
     materials: &[String],
     textures: &BTreeMap<usize, TexturePlacement>,
     transfer: Option<&StoredTransfer>,
-) -> Vec<Part> {
-    let vectors = |vertices: &[u32]| transfer.and_then(|transfer| WebTransfer::of(transfer, vertices));
+) -> Result<Vec<Part>, RenderError> {
+    let vectors = |vertices: &[u32]| transfer.map(|transfer| WebTransfer::of(transfer, vertices)).transpose();
     let own: Vec<_> = mesh.materials().iter().map(|name| own_material(stem, name, materials)).collect();
     let own = |material: Option<u32>| own.get(material? as usize).copied().flatten();
     let worn = mesh.material_ranges().iter().map(|range| own(range.material));
@@ -128,12 +151,12 @@ fn parts(
     if worn.iter().all(Option::is_none) {
         let textures = all.filter(|_| has_coordinates).collect();
         let all: Vec<u32> = (0..mesh.positions().len() as u32).collect();
-        return vec![Part { mesh: mesh.clone(), material: None, textures, transfer: vectors(&all) }];
+        return Ok(vec![Part { mesh: mesh.clone(), material: None, textures, transfer: vectors(&all)? }]);
     }
     let part = |material: Option<usize>| {
         let (mesh, vertices) = mesh.of_materials(|of| own(of) == material);
         let textures = all.clone().filter(|(of, _)| has_coordinates && Some(*of) == material).collect();
-        Part { mesh, material, textures, transfer: vectors(&vertices) }
+        Ok(Part { mesh, material, textures, transfer: vectors(&vertices)? })
     };
     worn.into_iter().map(part).collect()
 }

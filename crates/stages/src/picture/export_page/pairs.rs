@@ -147,9 +147,9 @@ pub(crate) fn pairs(
             pair.compact_map = Some(map);
         }
     }
-    if let Some((key, table)) = tables.iter().find(|(_, table)| table.0.count() > 1) {
-        let count = table.0.count();
-        reporter.warn(format!("{key}: a page shows tables of one material, and this has {count}"));
+    for (key, table) in tables.iter().filter(|(_, table)| table.0.count() > 1) {
+        let (table, count) = (name(key, "the table"), table.0.count());
+        reporter.warn(format!("{table} has {count} materials, and a page shows tables of one"));
     }
     Ok(pairs)
 }
