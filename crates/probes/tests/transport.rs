@@ -233,3 +233,25 @@ fn what_cannot_be_baked_says_why() {
     let nothing = ProbePlaces::new(&surfaces, vec![], &[], Stop::NEVER).unwrap_err();
     assert_eq!(nothing, PlacesError::Nothing);
 }
+
+/// A level has ground far outside of its probes, which see no farther than their walls.
+#[test]
+fn a_point_far_from_all_probes_has_finite_light() {
+    let room = sides([0.0; 3], [3.0, 3.0, 2.5], false);
+    let scene = scene(&[(sheet(0.0), matte(0.5)), (room, matte(0.5))]);
+    let surfaces = Surfaces::new(&scene);
+    let volume =
+        Volume::with_spacing("beside".into(), [[3.2, 0.0, 0.2], [4.2, 3.0, 2.2]], 0.5, Lattice::Centres);
+    let places = ProbePlaces::new(&surfaces, vec![volume.unwrap()], &[], Stop::NEVER).unwrap();
+    let options = BakeOptions { paths: 64, ..BakeOptions::default() };
+    let transport = bake(&surfaces, places.positions(), &options, Stop::NEVER).unwrap();
+    let white = Expansion::from_coefficients(Degree::ZERO, vec![[2.0 * PI.sqrt(); 3]]).unwrap();
+    let lighting = SceneLighting { sky: Some(&white), ..SceneLighting::default() };
+    let lit = LitProbes::new(&places, &transport, &lighting).unwrap();
+    for away in [10.0, 1e3, 1e5, 1e7] {
+        for at in [[-away, 1.0, 0.0], [away, 1.0, 0.0], [1.0, -away, 0.0]] {
+            let found = lit.irradiance(&places, at, [0.0, 0.0, 1.0]).unwrap();
+            assert!(found.iter().all(|light| light.is_finite() && *light > 0.0), "{at:?}: {found:?}");
+        }
+    }
+}
