@@ -43,8 +43,8 @@ pub fn transport_bytes(probes: usize, options: &BakeOptions, channels: usize, em
 /// before each probe, and while the caches are made.
 ///
 /// # Errors
-/// If there is no probe, a position is not finite, a degree is out of its range, the result and the caches are
-/// larger than [`MOST_BYTES`], or it was stopped.
+/// If there is no probe, a position is not finite, a degree is out of its range, the result and the caches
+/// are larger than [`MOST_BYTES`], or it was stopped.
 pub fn bake(
     surfaces: &Surfaces<'_>,
     positions: &[[f32; 3]],
