@@ -43,8 +43,8 @@ pub fn transport_bytes(probes: usize, options: &BakeOptions, channels: usize, em
 /// before each probe, and while the caches are made.
 ///
 /// # Errors
-/// If there is no probe, a position is not finite, a degree is out of its range, the result is larger than
-/// [`MOST_BYTES`], or it was stopped.
+/// If there is no probe, a position is not finite, a degree is out of its range, the result and the caches
+/// are larger than [`MOST_BYTES`], or it was stopped.
 pub fn bake(
     surfaces: &Surfaces<'_>,
     positions: &[[f32; 3]],
@@ -53,21 +53,23 @@ pub fn bake(
 ) -> Result<Transport, BakeError> {
     options.check(positions)?;
     let channels = surfaces.channels();
-    let bytes = transport_bytes(positions.len(), options, channels, surfaces.columns);
-    if bytes > MOST_BYTES {
-        return Err(BakeError::TooLarge { probes: positions.len(), bytes });
-    }
     let emitters = Emitters::of(surfaces);
     let bases = [Basis::new(options.degree), Basis::new(options.sky)];
     let paths = Paths { surfaces, emitters: Some(&emitters), bounces: options.bounces };
     let (rows, columns) = (options.degree.rows(), options.sky.rows());
     let shape = Shape { rows, columns, channels, emitters: surfaces.columns };
     let numbers_of_point = shape.channels_of_point();
+    let triangles = surfaces.parts.triangles.len();
+    let bytes = transport_bytes(positions.len(), options, channels, surfaces.columns)
+        .saturating_add(options.cache_bytes(triangles, numbers_of_point.len()));
+    if bytes > MOST_BYTES {
+        return Err(BakeError::TooLarge { probes: positions.len(), bytes });
+    }
     let caches = |count: u32| {
         if options.bounces == Some(0) {
             return Ok(None);
         }
-        let (points, rays) = BakeOptions::cache_size(count, surfaces.parts.triangles.len());
+        let (points, rays) = BakeOptions::cache_size(count, triangles);
         let cache = |block: usize| {
             let seed = hash(options.seed) ^ block as u64;
             let options = CacheOptions { points, rays, seed, with_direct: true, channels: &numbers_of_point };
@@ -76,20 +78,24 @@ pub fn bake(
         Ok(Some((0..BLOCKS).map(cache).collect::<Result<Vec<_>, _>>()?))
     };
     let bake = BakeTransport { paths: &paths, positions, options, shape, bases: &bases };
-    let baked: Vec<Baked> = options.in_rounds(positions.len(), stop, caches, &bake)?;
     let mut transport = Transport::empty(options.degree, options.sky, channels, surfaces.columns);
-    for Baked { sky, emission: [direct, indirect], count, error } in baked {
-        for i in 0..rows {
-            for j in 0..columns {
-                let places = (0..channels).map(|channel| (channel * rows + i) * padded(columns) + j);
-                transport.sky.extend(places.map(|place| sky[place]));
-            }
+    let (of_sky, of_emitters) = (rows * columns * channels, rows * 3 * surfaces.columns);
+    transport.sky = vec![0.0; positions.len() * of_sky];
+    transport.direct = vec![0.0; positions.len() * of_emitters];
+    transport.indirect = vec![0.0; positions.len() * of_emitters];
+    transport.paths = vec![0; positions.len()];
+    transport.errors = vec![0.0; positions.len()];
+    options.in_rounds(positions.len(), stop, caches, &bake, |probe, baked: Baked| {
+        let Baked { sky, emission: [direct, indirect], count, error } = baked;
+        for (k, number) in transport.sky[probe * of_sky..][..of_sky].iter_mut().enumerate() {
+            let (row, column, channel) = (k / channels / columns, k / channels % columns, k % channels);
+            *number = sky[(channel * rows + row) * padded(columns) + column];
         }
-        transport.direct.extend(direct);
-        transport.indirect.extend(indirect);
-        transport.paths.push(count);
-        transport.errors.push(error);
-    }
+        transport.direct[probe * of_emitters..][..of_emitters].copy_from_slice(&direct);
+        transport.indirect[probe * of_emitters..][..of_emitters].copy_from_slice(&indirect);
+        transport.paths[probe] = count;
+        transport.errors[probe] = error;
+    })?;
     Ok(transport)
 }
 
@@ -111,6 +117,13 @@ struct BakeTransport<'a> {
 type Blocks<'a> = Vec<(Numbers, Sums<'a>)>;
 
 impl<'a> BakeProbe<Option<Vec<Cache>>, Blocks<'a>, Baked> for BakeTransport<'a> {
+    fn state_bytes(&self) -> usize {
+        let Shape { rows, columns, channels, emitters } = self.shape;
+        let sky = channels * rows * padded(columns) * (size_of::<f32>() + size_of::<f64>());
+        let emission = 2 * emitters * rows * 3 * size_of::<f64>();
+        BLOCKS * (size_of::<(Numbers, Sums<'_>)>() + sky + emission)
+    }
+
     fn start(&self, probe: usize) -> Blocks<'a> {
         let seed = probe_seed(&self.positions[probe], self.options.seed);
         let block =

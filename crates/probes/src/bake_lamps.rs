@@ -59,15 +59,19 @@ pub fn bake_lamp(
         Ok(Some((0..BLOCKS).map(cache).collect::<Result<Vec<_>, _>>()?))
     };
     let bake = BakeLamp { paths: &paths, positions, options, lamp, basis: &basis };
-    let baked = options.in_rounds(positions.len(), stop, caches, &bake)?;
-    let mut columns =
-        LampColumns { direct: Vec::new(), indirect: Vec::new(), paths: Vec::new(), errors: Vec::new() };
-    for (direct, indirect, count, error) in baked {
-        columns.direct.extend(direct.as_flattened());
-        columns.indirect.extend(indirect.as_flattened());
-        columns.paths.push(count);
-        columns.errors.push(error);
-    }
+    let (count, length) = (positions.len(), 3 * options.degree.rows());
+    let mut columns = LampColumns {
+        direct: vec![0.0; count * length],
+        indirect: vec![0.0; count * length],
+        paths: vec![0; count],
+        errors: vec![0.0; count],
+    };
+    options.in_rounds(count, stop, caches, &bake, |probe, (direct, indirect, paths, error)| {
+        columns.direct[probe * length..][..length].copy_from_slice(direct.as_flattened());
+        columns.indirect[probe * length..][..length].copy_from_slice(indirect.as_flattened());
+        columns.paths[probe] = paths;
+        columns.errors[probe] = error;
+    })?;
     Ok(columns)
 }
 
@@ -90,6 +94,11 @@ struct ProbeState<'a> {
 }
 
 impl<'a> BakeProbe<Option<Vec<Cache>>, ProbeState<'a>, Baked> for BakeLamp<'a> {
+    fn state_bytes(&self) -> usize {
+        let numbers = self.options.degree.rows() * (3 + BLOCKS * 4) * size_of::<f64>();
+        numbers + BLOCKS * size_of::<(Numbers, Sums<'_>)>()
+    }
+
     fn start(&self, probe: usize) -> ProbeState<'a> {
         let Self { lamp, basis, options, .. } = *self;
         let place = Vec3::from(self.positions[probe]);

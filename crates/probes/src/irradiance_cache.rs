@@ -139,8 +139,11 @@ impl Cache {
                 break;
             }
         }
-        let mut light = bounced(&traced, &albedo, options, paths.bounces, stop)?;
-        light.iter_mut().for_each(|light| light.truncate(own * length));
+        let mut light = bounced(traced, &albedo, options, paths.bounces, stop)?;
+        for light in &mut light {
+            light.truncate(own * length);
+            light.shrink_to_fit();
+        }
         Ok(Self { points, light, has_all: paths.bounces.is_none(), length, rays: options.rays })
     }
 }
@@ -222,7 +225,7 @@ impl Paths<'_> {
 /// The light of all points of up to `bounces` reflections, of which the last is that at the place of a path;
 /// and, unless it is all, of one less.
 fn bounced(
-    traced: &[Traced],
+    mut traced: Vec<Traced>,
     albedo: &[[f32; 3]],
     options: &CacheOptions<'_>,
     bounces: Option<u32>,
@@ -230,7 +233,7 @@ fn bounced(
 ) -> Result<Vec<Vec<f32>>, Stopped> {
     let length = options.channels.len();
     let mut light: Vec<f32> = Vec::with_capacity(traced.len() * length);
-    traced.iter().for_each(|point| light.extend(&point.direct));
+    traced.iter_mut().for_each(|point| light.append(&mut std::mem::take(&mut point.direct)));
     let mut sum = if options.with_direct { light.clone() } else { vec![0.0; light.len()] };
     let mut before = sizes(&light, length);
     let mut next = vec![0.0; light.len()];
@@ -246,7 +249,7 @@ fn bounced(
             }
         });
         let row = |at: u32| &light[at as usize * length..][..length];
-        next.par_chunks_exact_mut(length).zip(traced).for_each(|(next, point)| {
+        next.par_chunks_exact_mut(length).zip(&traced).for_each(|(next, point)| {
             next.fill(0.0);
             for &link in &point.links {
                 next.iter_mut().zip(row(link)).for_each(|(sum, number)| *sum += number);

@@ -9,6 +9,9 @@ use crate::validity::Viewer;
 /// How far rays reach beyond the places that they connect, in steps: a surface through a place is met.
 const BEYOND: f32 = 0.01;
 
+/// How many places are looked at between two questions whether to stop.
+const ASKED: usize = 1 << 12;
+
 /// A lattice of places in the middle of the cells of a box.
 pub(crate) struct Cells {
     least: Vec3,
@@ -220,19 +223,28 @@ impl Cells {
         })
     }
 
-    /// The spaces that a cube of so many places can move about, by number from 1 on: for each place that of
-    /// the space whose cube reaches it, 0 for none.
-    pub(crate) fn opened(&self, side: usize) -> Vec<u32> {
-        let cube = |at: [usize; 3]| Region { least: at, most: at.map(|x| x + side) };
+    /// The spaces that a box of so many places along each axis can move about, by number from 1 on: for each
+    /// place that of the space whose box reaches it, 0 for none.
+    pub(crate) fn opened(&self, sides: [usize; 3], stop: Stop<'_>) -> Result<Vec<u32>, Stopped> {
         let fits = |index: usize| {
-            let cube = cube(self.place(index));
-            (0..3).all(|axis| cube.most[axis] <= self.counts[axis]) && self.is_whole(&cube)
+            let least = self.place(index);
+            let most = [0, 1, 2].map(|axis| least[axis].saturating_add(sides[axis]));
+            (0..3).all(|axis| most[axis] <= self.counts[axis]) && self.is_whole(&Region { least, most })
         };
         let all: usize = self.counts.iter().product();
-        let fitting: Vec<bool> = (0..all).into_par_iter().map(fits).collect();
-        // Cubes one step apart overlap, so that nothing is between them.
-        let spaces = self.joined(&fitting, |_, _| true);
-        (0..3).fold(spaces, |spaces, axis| self.spread(&spaces, axis, side))
+        let block = |block: usize| {
+            stop.check()?;
+            Ok((block * ASKED..all.min((block + 1) * ASKED)).map(fits).collect())
+        };
+        let blocks = (0..all.div_ceil(ASKED)).into_par_iter().map(block);
+        let fitting = blocks.collect::<Result<Vec<Vec<bool>>, Stopped>>()?.concat();
+        // Boxes one step apart overlap, so that nothing is between them.
+        let mut spaces = self.joined(&fitting, |_, _| true, stop)?;
+        for axis in 0..3 {
+            stop.check()?;
+            spaces = self.spread(&spaces, axis, sides[axis]);
+        }
+        Ok(spaces)
     }
 
     /// Gives `side - 1` places behind each place along an axis its space.
@@ -255,18 +267,24 @@ impl Cells {
     }
 
     /// The connected spaces of some places, by number from 1 on.
-    pub(crate) fn components(&self, set: &[bool]) -> Vec<u32> {
-        self.joined(set, |axis, at| {
+    pub(crate) fn components(&self, set: &[bool], stop: Stop<'_>) -> Result<Vec<u32>, Stopped> {
+        let is_open = |axis, at: [usize; 3]| {
             let one = Region { least: at, most: at.map(|x| x + 1) };
             self.blocked_in(axis, &one) == 0
-        })
+        };
+        self.joined(set, is_open, stop)
     }
 
     /// Numbers for sets of places: those are together that are neighbours and connected; `is_open` says it of
     /// a place and the one before it along an axis.
-    fn joined(&self, set: &[bool], is_open: impl Fn(usize, [usize; 3]) -> bool) -> Vec<u32> {
+    fn joined(
+        &self,
+        set: &[bool],
+        is_open: impl Fn(usize, [usize; 3]) -> bool,
+        stop: Stop<'_>,
+    ) -> Result<Vec<u32>, Stopped> {
         let mut number = vec![0; set.len()];
-        let (mut count, mut waiting) = (0, Vec::new());
+        let (mut count, mut waiting, mut looked) = (0, Vec::new(), 0_usize);
         for start in 0..set.len() {
             if !set[start] || number[start] != 0 {
                 continue;
@@ -275,6 +293,10 @@ impl Cells {
             number[start] = count;
             waiting.push(start);
             while let Some(index) = waiting.pop() {
+                if looked.is_multiple_of(ASKED) {
+                    stop.check()?;
+                }
+                looked += 1;
                 let at = self.place(index);
                 for axis in 0..3 {
                     for is_next in [false, true] {
@@ -292,6 +314,6 @@ impl Cells {
                 }
             }
         }
-        number
+        Ok(number)
     }
 }

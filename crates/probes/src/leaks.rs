@@ -72,6 +72,9 @@ impl Leaks {
 /// How many points are tried for each that is asked for: surfaces outside of volumes have none.
 const TRIES: usize = 16;
 
+/// How many points are tried between two questions whether to stop.
+const BLOCK: usize = 64;
+
 /// Measures what leaks at `count` points of the surfaces, or fewer if most of them are outside of volumes.
 ///
 /// The points are spread evenly over the area, on fronts, and on both sides of what is double-sided; they
@@ -86,22 +89,50 @@ pub fn leaks(
     count: usize,
     stop: Stop<'_>,
 ) -> Result<Leaks, Stopped> {
-    let points: Vec<Point> = SurfacePoints::new(surfaces)
-        .take(TRIES * count)
-        .filter(|point| !blend.weights(places, point).is_empty())
-        .take(count)
-        .collect();
+    let points = lit_points(surfaces, places, blend, count, stop)?;
     let measured: Vec<Option<Leak>> = points
-        .par_iter()
-        .map(|point| {
+        .into_par_iter()
+        .map(|(point, weights)| {
             stop.check()?;
-            Ok(leak(surfaces, places, blend, point))
+            Ok(leak(surfaces, places, &point, weights))
         })
         .collect::<Result<_, Stopped>>()?;
     let all = measured.len();
     let points: Vec<Leak> = measured.into_iter().flatten().collect();
     Ok(Leaks { hidden: all - points.len(), points })
 }
+
+/// Points with the probes that light them: the first `count` that are in a volume.
+fn lit_points(
+    surfaces: &Surfaces<'_>,
+    places: &ProbePlaces,
+    blend: Blend,
+    count: usize,
+    stop: Stop<'_>,
+) -> Result<Vec<(Point, Weights)>, Stopped> {
+    let points = SurfacePoints::new(surfaces);
+    let mut lit = Vec::new();
+    let (mut tried, most) = (0, TRIES.saturating_mul(count));
+    while tried < most && lit.len() < count {
+        let end = tried.saturating_add(count).min(most);
+        let block = |block: usize| {
+            stop.check()?;
+            let first = tried + block * BLOCK;
+            let points = (first..end.min(first + BLOCK)).filter_map(|index| points.get(index as u64));
+            let weighed = points.map(|point| (point, blend.weights(places, &point)));
+            Ok(weighed.filter(|(_, weights)| !weights.is_empty()).collect())
+        };
+        let blocks = (0..(end - tried).div_ceil(BLOCK)).into_par_iter().map(block);
+        let found = blocks.collect::<Result<Vec<Vec<_>>, Stopped>>()?;
+        lit.extend(found.into_iter().flatten());
+        tried = end;
+    }
+    lit.truncate(count);
+    Ok(lit)
+}
+
+/// Probes with their weights.
+type Weights = Vec<(u32, f32)>;
 
 /// A place on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -129,7 +160,6 @@ struct SurfacePoints<'a> {
     surfaces: &'a Surfaces<'a>,
     /// The area of the triangles up to each one.
     areas: Vec<f64>,
-    index: u64,
 }
 
 /// The inverse of the number with g^4 = g + 1.
@@ -142,16 +172,11 @@ impl<'a> SurfacePoints<'a> {
             *sum += area(triangle);
             Some(*sum)
         });
-        Self { surfaces, areas: areas.collect(), index: 0 }
+        Self { surfaces, areas: areas.collect() }
     }
-}
 
-impl Iterator for SurfacePoints<'_> {
-    type Item = Point;
-
-    fn next(&mut self) -> Option<Point> {
-        let k = self.index;
-        self.index += 1;
+    /// The point with an index; `None` if there are no triangles.
+    fn get(&self, k: u64) -> Option<Point> {
         let coordinate = |step: f64| (0.5 + k as f64 * step).fract();
         let all = *self.areas.last()?;
         let area = all * coordinate(STEP);
@@ -173,9 +198,9 @@ impl Iterator for SurfacePoints<'_> {
 
 impl Blend {
     /// The probes that light a point, with weights that sum to 1; none if it is in no volume.
-    fn weights(self, places: &ProbePlaces, point: &Point) -> Vec<(u32, f32)> {
+    fn weights(self, places: &ProbePlaces, point: &Point) -> Weights {
         let mut first = 0;
-        let mut sum: Vec<(u32, f32)> = Vec::new();
+        let mut sum = Weights::new();
         let mut boxes = 0;
         for volume in places.volumes() {
             let spacing = Vec3::from(volume.spacing());
@@ -216,10 +241,10 @@ fn cells_contain(volume: &Volume, at: Vec3, margin: f32) -> bool {
     })
 }
 
-/// What leaks at a point; `None` if no probe near it sees it.
-fn leak(surfaces: &Surfaces<'_>, places: &ProbePlaces, blend: Blend, point: &Point) -> Option<Leak> {
-    let mut weights: Vec<(u32, f32)> = Vec::new();
-    for (probe, weight) in blend.weights(places, point) {
+/// What leaks at a point that probes light with some weights; `None` if no probe near it sees it.
+fn leak(surfaces: &Surfaces<'_>, places: &ProbePlaces, point: &Point, of: Weights) -> Option<Leak> {
+    let mut weights = Weights::new();
+    for (probe, weight) in of {
         match &places.repairs()[probe as usize] {
             Repair::None | Repair::Moved => weights.push((probe, weight)),
             Repair::Filled(sources) => {
@@ -229,7 +254,7 @@ fn leak(surfaces: &Surfaces<'_>, places: &ProbePlaces, blend: Blend, point: &Poi
         }
     }
     weights.sort_by_key(|(probe, _)| *probe);
-    let mut probes: Vec<(u32, f32)> = weights
+    let mut probes: Weights = weights
         .chunk_by(|one, other| one.0 == other.0)
         .map(|own| (own[0].0, own.iter().map(|(_, weight)| weight).sum()))
         .filter(|(_, weight)| *weight > 0.0)

@@ -10,8 +10,11 @@ use crate::irradiance_cache::STEPS;
 /// The independent blocks that the paths of a probe are divided into.
 pub(crate) const BLOCKS: usize = 4;
 
-/// The bytes of the largest result.
+/// The most memory, in bytes, that a bake takes for its result and its caches.
 pub const MOST_BYTES: usize = 1 << 34;
+
+/// The bytes of the states of probes whose paths are doubled together, at most.
+const OPEN_BYTES: usize = 192 << 20;
 
 /// How light is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,15 +69,15 @@ pub enum BakeError {
     /// A probe is nowhere.
     #[error("the position of probe {0} is not finite")]
     NotFinite(usize),
-    /// The result is larger than [`MOST_BYTES`].
+    /// The result and the caches are larger than [`MOST_BYTES`].
     #[error(
-        "the transport of {probes} probes has {bytes} bytes, and at most {MOST_BYTES} are baked; a larger \
-         spacing or a lower degree of the sky makes it smaller"
+        "the transport of {probes} probes and the light on surfaces take {bytes} bytes, and at most \
+         {MOST_BYTES} are baked; a larger spacing or a lower degree of the sky makes them smaller"
     )]
     TooLarge {
         /// The number of probes.
         probes: usize,
-        /// The size of the result.
+        /// The size of the result and of the caches.
         bytes: usize,
     },
     /// Its caller stopped it.
@@ -104,51 +107,82 @@ impl BakeOptions {
 
     /// Bakes `count` probes in rounds, each of which doubles the paths of those whose error is not yet small
     /// enough. `prepare` makes what a round with so many paths has in common, for each block, `start` the
-    /// state of a probe, and `finish` makes its result with the number of paths and the error. `stop` is
-    /// asked before each probe.
+    /// state of a probe, `finish` makes its result with the number of paths and the error, and `keep` stores
+    /// the result of a probe. `stop` is asked before each probe.
+    ///
+    /// As many probes go on to further rounds together as have states of [`OPEN_BYTES`].
     pub(crate) fn in_rounds<C: Sync, S: Send, B: Send>(
         &self,
         count: usize,
         stop: Stop<'_>,
         prepare: impl Fn(u32) -> Result<C, BakeError>,
         bake: &(impl BakeProbe<C, S, B> + Sync),
-    ) -> Result<Vec<B>, BakeError> {
+        mut keep: impl FnMut(usize, B),
+    ) -> Result<(), BakeError> {
         enum Progress<S, B> {
             Open(S),
             Done(B),
         }
         let blocks = BLOCKS as u32;
-        let mut each = self.paths.clamp(blocks, 1 << 28).div_ceil(blocks);
-        let mut done = 0;
-        let mut results: Vec<Option<B>> = (0..count).map(|_| None).collect();
-        let mut open: Vec<(usize, Option<S>)> = (0..count).map(|probe| (probe, None)).collect();
-        while !open.is_empty() {
-            let common = prepare(each * blocks)?;
-            let is_last = 2 * u64::from(each * blocks) > u64::from(self.most_paths);
-            let round = |(probe, state): (usize, Option<S>)| {
+        // Those of some probes that are open after paths with these indices of each block.
+        let mut round = |common: &C, indices: Range<u32>, probes: Vec<(usize, Option<S>)>| {
+            let (each, paths) = (indices.end, indices.end * blocks);
+            let is_last = 2 * u64::from(paths) > u64::from(self.most_paths);
+            let one = |(probe, state): (usize, Option<S>)| {
                 stop.check()?;
                 let mut state = state.unwrap_or_else(|| bake.start(probe));
-                (0..BLOCKS).for_each(|block| bake.run(&common, probe, &mut state, block, done..each));
+                (0..BLOCKS).for_each(|block| bake.run(common, probe, &mut state, block, indices.clone()));
                 let error = bake.error(&state, each);
                 let is_enough = is_last || self.error.is_none_or(|wanted| error <= wanted);
                 let progress = match is_enough {
-                    true => Progress::Done(bake.finish(state, each * blocks, error)),
+                    true => Progress::Done(bake.finish(state, paths, error)),
                     false => Progress::Open(state),
                 };
                 Ok::<_, BakeError>((probe, progress))
             };
-            let found = open.into_par_iter().map(round).collect::<Result<Vec<_>, _>>()?;
-            open = Vec::new();
+            let found = probes.into_par_iter().map(one).collect::<Result<Vec<_>, _>>()?;
+            let mut open = Vec::new();
             for (probe, progress) in found {
                 match progress {
                     Progress::Open(state) => open.push((probe, Some(state))),
-                    Progress::Done(result) => results[probe] = Some(result),
+                    Progress::Done(result) => keep(probe, result),
                 }
             }
-            done = each;
-            each *= 2;
+            Ok::<_, BakeError>(open)
+        };
+        let first = self.paths.clamp(blocks, 1 << 28).div_ceil(blocks);
+        let at_once = (OPEN_BYTES / bake.state_bytes().max(1) / 2).max(1);
+        let mut next = 0;
+        let mut of_first = Some(prepare(first * blocks)?);
+        while let Some(common) = &of_first {
+            let mut open = Vec::new();
+            while next < count && open.len() < at_once {
+                let end = (next + at_once).min(count);
+                open.extend(round(common, 0..first, (next..end).map(|probe| (probe, None)).collect())?);
+                next = end;
+            }
+            if next == count {
+                of_first = None;
+            }
+            let mut done = first;
+            while !open.is_empty() {
+                let common = prepare(2 * done * blocks)?;
+                open = round(&common, done..2 * done, open)?;
+                done *= 2;
+            }
         }
-        Ok(results.into_iter().flatten().collect())
+        Ok(())
+    }
+
+    /// The bytes of the caches with so many numbers a point that are there at once, about, while they are
+    /// made for the most paths.
+    pub(crate) fn cache_bytes(&self, triangles: usize, numbers: usize) -> usize {
+        let most = if self.error.is_some() { self.paths.max(self.most_paths) } else { self.paths };
+        let (points, rays) = Self::cache_size(most, triangles);
+        let kept = BLOCKS * if self.bounces.is_some() { 2 } else { 1 };
+        // The light of a point, its sum and the next one are kept while a cache is made.
+        let numbers = numbers.saturating_mul(kept + 3).saturating_add(rays as usize);
+        (2 * points * size_of::<f32>()).saturating_mul(numbers)
     }
 
     /// The points of the cache of a block, at least, and the rays of each of them, for a number of paths in a
@@ -163,6 +197,8 @@ impl BakeOptions {
 
 /// How a probe is baked: [`BakeOptions::in_rounds`].
 pub(crate) trait BakeProbe<C, S, B> {
+    /// The bytes of the state of a probe, about.
+    fn state_bytes(&self) -> usize;
     fn start(&self, probe: usize) -> S;
     /// Traces the paths of a block with these indices.
     fn run(&self, common: &C, probe: usize, state: &mut S, block: usize, indices: Range<u32>);
@@ -201,4 +237,79 @@ pub(crate) fn relative_error(blocks: &[Vec<[f64; 3]>]) -> f32 {
         }
     }
     if mean_squares > 0.0 { (variances / mean_squares).sqrt() as f32 } else { 0.0 }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may panic")]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+
+    use super::*;
+
+    /// How many states there are, and the most that there were at once.
+    #[derive(Default)]
+    struct States {
+        now: AtomicUsize,
+        most: AtomicUsize,
+    }
+
+    /// A probe, and how many paths each of its blocks has traced.
+    struct Traced<'a> {
+        states: &'a States,
+        probe: usize,
+        paths: [u32; BLOCKS],
+    }
+
+    impl Drop for Traced<'_> {
+        fn drop(&mut self) {
+            self.states.now.fetch_sub(1, SeqCst);
+        }
+    }
+
+    /// The paths of a probe from which on its error is at most 1, by number.
+    const ENOUGH: [u32; 5] = [1, 70, 128, 1000, 5000];
+
+    impl<'a> BakeProbe<u32, Traced<'a>, (u32, f32)> for &'a States {
+        fn state_bytes(&self) -> usize {
+            OPEN_BYTES / 8
+        }
+
+        fn start(&self, probe: usize) -> Traced<'a> {
+            self.most.fetch_max(self.now.fetch_add(1, SeqCst) + 1, SeqCst);
+            Traced { states: self, probe, paths: [0; BLOCKS] }
+        }
+
+        fn run(&self, all: &u32, _: usize, state: &mut Traced<'a>, block: usize, indices: Range<u32>) {
+            assert_eq!((*all, state.paths[block]), (4 * indices.end, indices.start));
+            state.paths[block] = indices.end;
+        }
+
+        fn error(&self, state: &Traced<'a>, count: u32) -> f32 {
+            assert_eq!(state.paths, [count; BLOCKS]);
+            ENOUGH[state.probe % ENOUGH.len()] as f32 / (4 * count) as f32
+        }
+
+        fn finish(&self, _: Traced<'a>, paths: u32, error: f32) -> (u32, f32) {
+            (paths, error)
+        }
+    }
+
+    /// Every probe gets the paths that it needs, and few are open at a time.
+    #[test]
+    fn paths_are_doubled_for_as_many_probes_as_memory_holds() {
+        let states = States::default();
+        let options = BakeOptions { paths: 64, error: Some(1.0), most_paths: 2048, ..BakeOptions::default() };
+        let mut found = BTreeMap::new();
+        let keep = |probe, result| assert_eq!(found.insert(probe, result), None);
+        options.in_rounds(103, Stop::NEVER, Ok, &&states, keep).unwrap();
+        assert_eq!(found.keys().copied().collect::<Vec<_>>(), (0..103).collect::<Vec<_>>());
+        for (probe, (paths, error)) in found {
+            let expected = [64, 128, 128, 1024, 2048][probe % 5];
+            assert_eq!((paths, error), (expected, ENOUGH[probe % 5] as f32 / expected as f32));
+        }
+        let most = states.most.into_inner();
+        assert!((4..=8).contains(&most), "{most}");
+        assert_eq!(states.now.into_inner(), 0);
+    }
 }

@@ -56,17 +56,21 @@ pub fn rooms(
     let viewer = Viewer::new(surfaces);
     let cells = Cells::new(&viewer, bounds, step, stop)?;
     let mut search = Search { viewer: &viewer, cells: &cells, bounds, found: Vec::new() };
-    // A cube of n cells has n - 1 steps between its outer places: it does not fit through the opening.
-    let side = (opening / step).floor() as usize + 2;
-    let wide = cells.opened(side);
+    // A box of n cells has n - 1 steps between its outer places: it does not fit through the opening.
+    let sides = cells.step().to_array().map(|step| ((opening / step).floor() as usize).saturating_add(2));
+    let wide = cells.opened(sides, stop)?;
     search.add(&wide, stop)?;
     // What is left, as far as no room holds it.
     let mut rest = cells.free();
     for region in &search.found {
         region.places().for_each(|at| rest[cells.index(at)] = false);
     }
-    search.add(&cells.components(&rest), stop)?;
-    let fitted: Vec<Fitted> = search.found.par_iter().map(|region| search.fitted(region)).collect();
+    search.add(&cells.components(&rest, stop)?, stop)?;
+    let fitted = search.found.par_iter().map(|region| {
+        stop.check()?;
+        Ok(search.fitted(region))
+    });
+    let fitted = fitted.collect::<Result<Vec<Fitted>, Stopped>>()?;
     Ok((0..fitted.len()).map(|own| met(&fitted, own, cells.step())).collect())
 }
 
@@ -128,6 +132,7 @@ impl Search<'_> {
             };
             let mut waiting = vec![places];
             while let Some(places) = waiting.pop() {
+                stop.check()?;
                 if !is_wide(&places) {
                     continue;
                 }

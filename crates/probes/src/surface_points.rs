@@ -74,9 +74,10 @@ impl SurfacePoints {
     /// About `count` points to twice as many, by a seed; fewer if some triangles are most of the scene.
     pub(crate) fn new(surfaces: &Surfaces<'_>, count: usize, seed: u64) -> Self {
         let triangles = 0..surfaces.parts.triangles.len() as u32;
-        let areas =
-            triangles.clone().map(|triangle| 0.5 * f64::from(surfaces.twice_normal(triangle).length()));
-        let areas: Vec<f64> = areas.collect();
+        // A normal that is too small or too large for single precision is none: there are no points.
+        let area = |triangle: u32| 0.5 * f64::from(surfaces.twice_normal(triangle).length());
+        let area = |triangle: u32| Some(area(triangle)).filter(|area| area.is_finite()).unwrap_or(0.0);
+        let areas: Vec<f64> = triangles.clone().map(area).collect();
         let area = area_of_each(&areas, count);
         let most = LARGEST_SHARE * count as f64;
         let (mut places, mut small, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
@@ -211,7 +212,7 @@ impl SurfacePoints {
 }
 
 /// The area that each point stands for: a power of two for which there are at least `count` points, or a
-/// quarter of them beside those of the largest triangles.
+/// quarter of them beside those of the largest triangles, if there is an area beside them.
 fn area_of_each(areas: &[f64], count: usize) -> f64 {
     let most = LARGEST_SHARE * count as f64;
     let all: f64 = areas.iter().sum();
@@ -219,7 +220,7 @@ fn area_of_each(areas: &[f64], count: usize) -> f64 {
     let mut area = power_of_two(all / count as f64);
     loop {
         let others: f64 = areas.iter().filter(|own| **own < most * area).sum();
-        if others / area >= 0.25 * count as f64 || others < 1e-4 * all {
+        if others / area >= 0.25 * count as f64 || others <= 1e-4 * all {
             return area;
         }
         area *= 0.5;
@@ -284,6 +285,27 @@ fn part_of(corners: &[[f32; 3]; 3], [u, v]: [f32; 2], halvings: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::Material;
+    use crate::scene::{Part, Scene, SceneParts};
+
+    /// Triangles whose areas are 0 in single precision, or infinite, have no points.
+    #[test]
+    fn triangles_without_an_area_have_no_points() {
+        for size in [1e-13, 1e-12, 1e8, 1e15] {
+            let corners = [[0.0; 3], [size, 0.0, 0.0], [0.0, size, size]];
+            let scene = Scene::new(SceneParts {
+                triangles: vec![corners; 4],
+                material_of: vec![0; 4],
+                attributes_of: vec![SceneParts::NONE; 4],
+                materials: vec![Material::default()],
+                parts: vec![Part { name: "dust".into(), triangles: 4 }],
+                ..SceneParts::default()
+            });
+            let scene = scene.unwrap();
+            let points = SurfacePoints::new(&Surfaces::new(&scene), 100, 1);
+            assert_eq!(points.all().count() > 0, size == 1e8, "{size}: {}", points.all().count());
+        }
+    }
 
     /// Each part has the same area, and finds the places in it.
     #[test]

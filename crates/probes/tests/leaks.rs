@@ -2,8 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+
 use probes::{Blend, Lattice, Material, Part, ProbePlaces, Scene, SceneParts, Surfaces, Volume, leaks};
-use sh::Stop;
+use sh::{Stop, Stopped};
 
 /// The six sides of a box, with their fronts outside, or inside of a room.
 fn sides(least: [f32; 3], most: [f32; 3], is_room: bool) -> Vec<[[f32; 3]; 3]> {
@@ -114,4 +116,19 @@ fn points_are_spread_over_the_area() {
         let expected = 2000.0 * area / all;
         assert!((found - expected).abs() < 0.05 * expected, "{found} {expected}");
     }
+}
+
+/// Most of the points that are tried may be in no volume: they ask whether to stop as well.
+#[test]
+fn the_choice_of_points_stops() {
+    let scene = two_rooms();
+    let surfaces = Surfaces::new(&scene);
+    let nowhere = placed(&surfaces, &[[[-0.5, 1.0, 1.0], [0.5, 1.5, 1.5]]], Lattice::Centres);
+    let found = leaks(&surfaces, &nowhere, Blend::Bevy, 100, Stop::NEVER).unwrap();
+    assert_eq!((found.points.len(), found.hidden), (0, 0));
+    let asked = AtomicUsize::new(0);
+    let ends = || asked.fetch_add(1, SeqCst) >= 20;
+    assert_eq!(leaks(&surfaces, &nowhere, Blend::Bevy, 10_000, Stop::when(&ends)), Err(Stopped));
+    // Two threads or a hundred: each of them asks once more at most.
+    assert!(asked.into_inner() < 1000);
 }
