@@ -223,7 +223,8 @@ fn a_page_shows_what_is_built_and_follows_the_files() {
     assert_ne!(map(&after), map(&before), "the map changed");
     assert_eq!(after["fragment"], before["fragment"], "the shader did not, and is not sent again");
     assert_eq!(page.around(), first);
-    for (path, status) in [("scene/1/local-shrm", 204), ("scene/999/local-shrm", 404), ("scene/1/table", 404)]
+    for (path, status) in
+        [("scene/1/local-shrm", 204), ("scene/999/local-shrm", 404), ("scene/1/samples", 404)]
     {
         assert_eq!(page.request("GET", path, b"").0, status, "{path}");
     }

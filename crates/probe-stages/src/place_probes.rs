@@ -16,11 +16,11 @@
 //!
 //! The volumes are `boxes` of the manifest, in Specula's frame (+Z up, metres), or else the boxes of the
 //! scene's nodes (`extras.specula_probes`, or `volumes` of `import-scene`), or else one box, the bounds of
-//! the scene, unless single points are all that there is to be; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or
-//! `counts` along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187
-//! and Bevy have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single
-//! probes beside them, as are the nodes that `points` of `import-scene` names; with such points and no box,
-//! the bounds of the scene are a box only for `split` and `scatter`.
+//! the scene; a note says which. Each has a regular grid of probes: about `spacing` metres apart, or `counts`
+//! along x, y and z. They stand in the middle of cells (`lattice = "centres"`, as three.js 0.187 and Bevy
+//! have them) or at their corners (`"corners"`, as three.js 0.184 to 0.186). `points` are single probes
+//! beside them, as are the nodes that `points` of `import-scene` names; with such points and no box, the
+//! bounds of the scene are a box only for `split` and `scatter`.
 //!
 //! ## Rooms
 //!

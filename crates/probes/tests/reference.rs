@@ -178,9 +178,9 @@ fn transport_is_that_of_the_reference() {
     assert_eq!(scenes, 4);
 }
 
-/// The light of each number of reflections on its own: 3 percent at the default, and 0.7 at 65,536 paths
-/// (cornell alone), beside the error of the file. That of all light is in the file; a path brings light of one number of
-/// reflections alone, so that each of them has no larger one.
+/// The light of each number of reflections on its own: 3 percent at the default, and in cornell 0.7 at 65,536
+/// paths, beside the error of the file. That of all light is in the file; a path brings light of one number
+/// of reflections alone, so that each of them has no larger one.
 #[test]
 fn light_of_each_number_of_reflections_is_that_of_the_reference() {
     let test = "light_of_each_number_of_reflections_is_that_of_the_reference";
