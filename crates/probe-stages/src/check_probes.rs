@@ -21,10 +21,10 @@
 //! | `visible` | what `shade-vertices` and `export-gltf` do: the corners of a cell that see the point |
 //!
 //! Points in no volume, and those that no probe near them sees, such as the bottom of a crate, are left out;
-//! a warning says if fewer than `points` remain.
+//! a warning says if fewer than half of `points` remain.
 //! A note has the mean share and the worst points. With `leak-limit`, a mean share above it is an error,
-//! which fails the build. Boxes that end at walls (`boxes` of `place-probes`), or walls in the middle between
-//! rows of probes, make it smaller; `report` draws the leaks.
+//! which fails the build. Boxes that end at walls (`split = "rooms"` or `boxes` of `place-probes`), or walls
+//! in the middle between rows of probes, make it smaller; `report` draws the leaks.
 //!
 //! `scene` is best connected to the part `shape` of `scene-part`, as for `place-probes`.
 //!
@@ -134,7 +134,7 @@ impl Kind for CheckProbes {
             )
             .help("connect the scene in which the probes were placed, or larger `boxes`"));
         }
-        if found.points.len() < parameters.points {
+        if found.points.len() < parameters.points / 2 {
             let (found, wanted) = (found.points.len(), parameters.points);
             context
                 .reporter
@@ -144,7 +144,8 @@ impl Kind for CheckProbes {
         let mean = found.mean();
         if let Some(limit) = parameters.leak_limit.filter(|limit| mean > *limit) {
             return Err(Failure::new(format!("{text}; leak-limit is {limit}")).help(
-                "end boxes at the walls, place walls in the middle between rows of probes, or take a smaller spacing",
+                "split = \"rooms\" of place-probes ends boxes at the walls; walls in the middle between rows of probes, or a \
+                 smaller spacing, help too",
             ));
         }
         context.reporter.note(text);
