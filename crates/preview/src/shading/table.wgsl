@@ -3,7 +3,7 @@
 //
 // It needs turned_light.wgsl, and a file that says how the table and the light are kept: the struct
 // `TablePoint`, what is looked up at a point, and the functions `table_coefficient_at` and `table_light_at`,
-// coefficients of the table and of the light there. table_buffers.wgsl is one.
+// coefficients of the table and of the light there: gpu/table_buffers.wgsl or web/table.wgsl.
 
 struct TableUniforms {
     // N: the map has N x N views.

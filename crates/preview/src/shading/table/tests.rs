@@ -121,7 +121,7 @@ fn the_shader_shades_alike() {
             }}",
             include_str!("../turned_light.wgsl"),
             include_str!("../table.wgsl"),
-            include_str!("../table_buffers.wgsl")
+            include_str!("../../gpu/table_buffers.wgsl")
         );
         let buffers = [
             bytemuck::cast_slice(table.values()),
