@@ -155,8 +155,7 @@ impl Look {
         Self { suns, ..self }
     }
 
-    /// The same look with BRDF tables under light at places with normals, which the light field, if there is
-    /// one, gives way to.
+    /// Returns the same look with BRDF tables under light at places with normals, in place of a light field.
     #[must_use]
     pub fn with_light_at_places(self, light_at_places: Option<Arc<dyn LightAtPlaces>>) -> Self {
         Self { light_at_places, ..self }

@@ -36,7 +36,7 @@
 //! frame, the `share` that leaks there, and the `probes` it comes from, each with its weight.
 
 use engine::{Context, Failure, Kind, Output, Port, Product, Steps, choice, parameters};
-use probes::{Blend, Leak, Leaks, ProbePlaces, ScenePart, Surfaces, leaks};
+use probes::{Blend, LEAK_POINTS, Leak, Leaks, ProbePlaces, ScenePart, Surfaces, leaks};
 use serde::Serialize;
 use stages::artifacts;
 use stages::plugin::UntilStopped;
@@ -68,7 +68,7 @@ parameters! {
         blend: BlendName = BlendName::Three,
         /// The points of surfaces.
         #[range(1..=1000000)]
-        points: usize = 2000,
+        points: usize = LEAK_POINTS,
         /// The mean share that may leak, from 0 to 1. Default: any.
         #[range(0.0..=1.0)]
         leak_limit: Option<f64> = None,
@@ -120,10 +120,10 @@ impl Kind for CheckProbes {
         let places = &context.inputs.get::<artifacts::ProbePlaces>("places")?.0;
         let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
         check(stored, ScenePart::Shape)?;
-        let (blend, name) = match parameters.blend {
-            BlendName::Three => (Blend::Three, "three.js"),
-            BlendName::Bevy => (Blend::Bevy, "Bevy"),
-            BlendName::Visible => (Blend::Visible, "a blend by visibility"),
+        let blend = match parameters.blend {
+            BlendName::Three => Blend::Three,
+            BlendName::Bevy => Blend::Bevy,
+            BlendName::Visible => Blend::Visible,
         };
         let surfaces = Surfaces::new(&stored.scene);
         let steps = Steps::new(&context.reporter, parameters.points);
@@ -140,7 +140,7 @@ impl Kind for CheckProbes {
                 .reporter
                 .warn(format!("only {found} of {wanted} points are in a volume and seen by a probe"));
         }
-        let text = describe(&found, places, name);
+        let text = describe(&found, places, blend.label());
         let mean = found.mean();
         if let Some(limit) = parameters.leak_limit.filter(|limit| mean > *limit) {
             return Err(Failure::new(format!("{text}; leak-limit is {limit}")).help(
@@ -157,11 +157,7 @@ impl Kind for CheckProbes {
         });
         let file = File {
             format: "specula leaks 1",
-            blend: match parameters.blend {
-                BlendName::Three => "three",
-                BlendName::Bevy => "bevy",
-                BlendName::Visible => "visible",
-            },
+            blend: blend.word(),
             points: found.points.len(),
             hidden: found.hidden,
             mean,
@@ -184,7 +180,7 @@ fn describe(found: &Leaks, places: &ProbePlaces, name: &str) -> String {
     let worst: Vec<String> = found.worst().iter().take(NAMED).map(point).collect();
     let worst = if worst.is_empty() { String::new() } else { format!(": {}", worst.join(", ")) };
     format!(
-        "{:.2} % of the probes' light leaks in {name}, by weight, at {} points{worst}",
+        "{:.2} % of the probes' light leaks, by weight ({name}), at {} points{worst}",
         100.0 * found.mean(),
         found.points.len()
     )

@@ -289,7 +289,7 @@ mod tests {
         ClusteredComponents::new(vectors, factors, bytes, Stop::NEVER).unwrap().unwrap()
     }
 
-    /// Of vectors with known singular values, one cluster misses those beyond its components and no more.
+    /// A cluster of vectors with known singular values misses those beyond its components and no more.
     #[test]
     fn a_cluster_keeps_the_greatest_singular_values() {
         const COUNT: usize = 40;

@@ -30,6 +30,32 @@ pub enum Blend {
     Bevy,
 }
 
+impl Blend {
+    /// All blends.
+    pub const ALL: [Self; 3] = [Self::Three, Self::Bevy, Self::Visible];
+
+    /// The word for it in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Three => "three",
+            Self::Bevy => "bevy",
+            Self::Visible => "visible",
+        }
+    }
+
+    /// The name that people read.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Three => "three.js 187",
+            Self::Bevy => "Bevy",
+            Self::Visible => "by visibility, as shade-vertices and export-gltf",
+        }
+    }
+}
+
+/// The points of surfaces at which leaks are measured if nobody says how many.
+pub const LEAK_POINTS: usize = 2000;
+
 /// A point of a surface, and what it takes from probes that cannot see it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leak {

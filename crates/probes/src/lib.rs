@@ -40,7 +40,7 @@ pub use bake_lamps::{LampColumns, bake_lamp};
 pub use brdf::Wrap;
 pub use cpca::ClusteredComponents;
 pub use lamp::{Lamp, LampError, LampKind};
-pub use leaks::{Blend, Leak, Leaks, leaks};
+pub use leaks::{Blend, LEAK_POINTS, Leak, Leaks, leaks};
 pub use lit_probes::{LightError, LitProbes, SceneLighting};
 pub use material::{Alpha, Emission, MOST_ALBEDO, Material};
 pub use options::{BakeError, BakeOptions, MOST_BYTES};

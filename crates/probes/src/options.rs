@@ -124,7 +124,7 @@ impl BakeOptions {
             Done(B),
         }
         let blocks = BLOCKS as u32;
-        // Those of some probes that are open after paths with these indices of each block.
+        // Traces paths with these indices of each block, and returns the probes that are open after them.
         let mut round = |common: &C, indices: Range<u32>, probes: Vec<(usize, Option<S>)>| {
             let (each, paths) = (indices.end, indices.end * blocks);
             let is_last = 2 * u64::from(paths) > u64::from(self.most_paths);
@@ -268,7 +268,7 @@ mod tests {
     }
 
     /// The paths of a probe from which on its error is at most 1, by number.
-    const ENOUGH: [u32; 5] = [1, 70, 128, 1000, 5000];
+    const PATHS_TO_ONE: [u32; 5] = [1, 70, 128, 1000, 5000];
 
     impl<'a> BakeProbe<u32, Traced<'a>, (u32, f32)> for &'a States {
         fn state_bytes(&self) -> usize {
@@ -287,7 +287,7 @@ mod tests {
 
         fn error(&self, state: &Traced<'a>, count: u32) -> f32 {
             assert_eq!(state.paths, [count; BLOCKS]);
-            ENOUGH[state.probe % ENOUGH.len()] as f32 / (4 * count) as f32
+            PATHS_TO_ONE[state.probe % PATHS_TO_ONE.len()] as f32 / (4 * count) as f32
         }
 
         fn finish(&self, _: Traced<'a>, paths: u32, error: f32) -> (u32, f32) {
@@ -306,7 +306,7 @@ mod tests {
         assert_eq!(found.keys().copied().collect::<Vec<_>>(), (0..103).collect::<Vec<_>>());
         for (probe, (paths, error)) in found {
             let expected = [64, 128, 128, 1024, 2048][probe % 5];
-            assert_eq!((paths, error), (expected, ENOUGH[probe % 5] as f32 / expected as f32));
+            assert_eq!((paths, error), (expected, PATHS_TO_ONE[probe % 5] as f32 / expected as f32));
         }
         let most = states.most.into_inner();
         assert!((4..=8).contains(&most), "{most}");

@@ -39,7 +39,7 @@ const MOST_CELLS: f32 = 64.0;
 
 /// The points of a scene.
 pub(crate) struct SurfacePoints {
-    /// Those of large triangles, part by part, and those of small ones in the order of the grid's cells.
+    /// The points of large triangles, part by part, and those of small ones in the order of the grid's cells.
     places: Vec<Place>,
     /// A seed for the numbers of each point, and its place among the points of the same seed: those of
     /// neighbouring parts of a triangle are next to each other.
@@ -64,7 +64,7 @@ pub(crate) type Sequence = (u64, u32);
 enum OfTriangle {
     /// It is too large.
     None,
-    /// Those in the grid.
+    /// The points of the grid that lie in it.
     Small,
     /// One for each of 2^halvings parts, from this one on, and of the back's after those of the front.
     Parts { first: u32, halvings: u32 },

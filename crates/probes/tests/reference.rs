@@ -93,7 +93,7 @@ fn matrix(transport: &Transport, probe: usize) -> Vec<f64> {
     matrix_of(transport, probe, 25)
 }
 
-/// The same of a transport with some rows.
+/// T of degree 2 at a probe of a transport with so many rows, in the order of the files.
 fn matrix_of(transport: &Transport, probe: usize, rows: usize) -> Vec<f64> {
     let channels = transport.channels();
     let t = &transport.sky()[probe * rows * 9 * channels..];

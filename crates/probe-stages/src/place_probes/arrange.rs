@@ -1,14 +1,11 @@
 //! Where the volumes are: the boxes, or the rooms in them, and what leaks before and after that.
 
 use engine::{Failure, Reporter, Steps};
-use probes::{Blend, Leaks, PlacesError, ProbePlaces, Surfaces, Volume, leaks, rooms};
+use probes::{Blend, LEAK_POINTS, Leaks, PlacesError, ProbePlaces, Surfaces, Volume, leaks, rooms};
 use stages::plugin::UntilStopped;
 
 /// The most probes that are placed: each takes more than a kilobyte of memory until it is repaired.
 const MOST_PLACED: usize = 1 << 21;
-
-/// The points of surfaces at which leaks are measured.
-const LEAK_POINTS: usize = 2000;
 
 /// A box with its name.
 pub(super) type NamedBounds = (String, [[f32; 3]; 2]);

@@ -99,7 +99,10 @@ fn leaks_above_the_limit_are_an_error() {
     assert!(worst.len() < 100 && number("points") + number("hidden") == 500.0, "{json}");
     let sum: f64 = worst.iter().map(|point| point["share"].as_f64().unwrap()).sum();
     assert!(number("mean") > 0.0 && (sum / number("points") - number("mean")).abs() < 1e-6, "{json}");
-    assert!(notes[0].contains("% of the probes' light leaks in three.js") && notes[0].contains("from probe"));
+    assert!(
+        notes[0].contains("% of the probes' light leaks, by weight (three.js 187)")
+            && notes[0].contains("from probe")
+    );
     let limit = |factor: f64| check(&format!("leak-limit = {}", factor * number("mean")));
     assert!(limit(1.001).is_ok());
     let failure = limit(0.999).unwrap_err();

@@ -1,19 +1,16 @@
 //! What a report says of light probes: what became of each, and how much leaks between them.
 
 use engine::{Failure, Reporter};
-use probes::{Blend, Leak, ProbePlaces, Repair, Scene, Surfaces, leaks};
+use probes::{Blend, LEAK_POINTS, Leak, ProbePlaces, Repair, Scene, Surfaces, leaks};
 use serde::Serialize;
 
 use crate::values::UntilStopped;
-
-/// The points of surfaces at which leaks are measured.
-const POINTS: usize = 2000;
 
 /// The figures of the probes.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct ProbeFigures {
     pub(crate) probes: usize,
-    /// Those that stand where the grid has them, and those of each repair.
+    /// The number of probes that stand where the grid has them, and of each repair.
     pub(crate) in_place: usize,
     pub(crate) moved: usize,
     pub(crate) filled: usize,
@@ -47,6 +44,8 @@ pub(crate) struct RepairedProbe {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct LeakFigures {
     pub(crate) blend: &'static str,
+    #[serde(skip)]
+    pub(crate) label: &'static str,
     /// The points of surfaces that were looked at.
     pub(crate) points: usize,
     /// The share of the blend's weight that belongs to probes which cannot see the point: the mean over all
@@ -68,11 +67,18 @@ pub(crate) fn figures(
     let (mut measured, mut shown) = (Vec::new(), Vec::new());
     if let Some(scene) = scene {
         let surfaces = Surfaces::new(scene);
-        for (name, blend) in [("three", Blend::Three), ("bevy", Blend::Bevy), ("visible", Blend::Visible)] {
-            let found = reporter.until_stopped(|stop| leaks(&surfaces, places, blend, POINTS, stop))?;
+        for blend in Blend::ALL {
+            let found = reporter.until_stopped(|stop| leaks(&surfaces, places, blend, LEAK_POINTS, stop))?;
             let worst = found.points.iter().fold(0.0, |most: f32, leak| most.max(leak.share));
             let points = found.points.len();
-            measured.push(LeakFigures { blend: name, points, mean: found.mean(), worst: worst.into() });
+            let (blend_word, blend_label) = (blend.word(), blend.label());
+            measured.push(LeakFigures {
+                blend: blend_word,
+                label: blend_label,
+                points,
+                mean: found.mean(),
+                worst: worst.into(),
+            });
             if blend == Blend::Three {
                 shown = found.worst().into_iter().cloned().collect();
             }

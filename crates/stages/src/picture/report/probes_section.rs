@@ -110,11 +110,7 @@ fn leaks(page: &mut Markup, figures: &ProbeFigures) {
         first.points
     ));
     for own in &figures.leaks {
-        let name = match own.blend {
-            "three" => "three.js 187",
-            "bevy" => "Bevy",
-            _ => "by visibility, as shade-vertices and export-gltf",
-        };
+        let name = own.label;
         page.put(format_args!(
             "<tr><th scope=\"row\">{name}</th><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>\n",
             percent(own.mean),
