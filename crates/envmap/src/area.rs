@@ -9,6 +9,11 @@ use std::f64::consts::PI;
 
 use sphere::LatLong;
 
+use crate::pixels::Pixels;
+
+/// The old rows that are decoded at once, if a new row does not need more.
+const ROWS: usize = 128;
+
 /// For each new cell, the old cells that it overlaps and the part of the new cell that each covers.
 type Overlaps = Vec<Vec<(usize, f64)>>;
 
@@ -37,20 +42,15 @@ fn overlaps(old: usize, new: usize, edge: impl Fn(f64) -> f64) -> Overlaps {
 }
 
 /// The means of `pixels` on `grid` over the texels of another grid.
-pub(crate) fn means(grid: LatLong, pixels: &[[f32; 3]], onto: LatLong) -> Vec<[f32; 3]> {
+pub(crate) fn means(grid: LatLong, pixels: &Pixels, onto: LatLong) -> Vec<[f32; 3]> {
     let columns = overlaps(grid.width, onto.width, |u| u);
     let rows = overlaps(grid.height, onto.height, |v| -math::cos(PI * v));
-    averaged(grid.width, &columns, &rows, |texel| pixels[texel])
+    averaged_rows(pixels, &columns, &rows)
 }
 
 /// The means of `pixels` on `grid` over cells of equal area: rows equal in z from +Z down, an even number of
 /// columns equal in azimuth, from 0, toward +X, upward.
-pub(crate) fn equal_area_means(
-    grid: LatLong,
-    pixels: &[[f32; 3]],
-    rows: usize,
-    columns: usize,
-) -> Vec<[f32; 3]> {
+pub(crate) fn equal_area_means(grid: LatLong, pixels: &Pixels, rows: usize, columns: usize) -> Vec<[f32; 3]> {
     let down = |edges: usize, z: &dyn Fn(f64) -> f64| -> Vec<f64> {
         (0..=edges).map(|edge| z(edge as f64 / edges as f64)).collect()
     };
@@ -60,7 +60,7 @@ pub(crate) fn equal_area_means(
     let mut mirrored = overlaps(grid.width, columns, |u| u);
     mirrored.reverse();
     mirrored.rotate_left(columns / 2);
-    averaged(grid.width, &mirrored, &rows, |texel| pixels[texel])
+    averaged_rows(pixels, &mirrored, &rows)
 }
 
 /// The overlaps of new cells with old ones, whose edges rise from the same number to the same.
@@ -105,21 +105,46 @@ fn averaged(
     texel: impl Fn(usize) -> [f32; 3] + Sync,
 ) -> Vec<[f32; 3]> {
     let mut out = vec![[0.0; 3]; columns.len() * rows.len()];
-    out.par_chunks_mut(columns.len()).zip(rows).for_each(|(values, rows)| {
-        for (value, columns) in values.iter_mut().zip(columns) {
-            let mut sum = [0.0; 3];
-            for &(row, down) in rows {
-                for &(column, across) in columns {
-                    let pixel = texel(row * width + column);
-                    for channel in 0..3 {
-                        sum[channel] += down * across * f64::from(pixel[channel]);
-                    }
-                }
-            }
-            *value = sum.map(|sum| sum as f32);
+    let values = out.par_chunks_mut(columns.len()).zip(rows);
+    values.for_each(|(values, row)| average(values, columns, row, |row, column| texel(row * width + column)));
+    out
+}
+
+/// [`averaged`] over the pixels of an image, of which a few rows are decoded at a time.
+fn averaged_rows(pixels: &Pixels, columns: &Overlaps, rows: &Overlaps) -> Vec<[f32; 3]> {
+    let mut out = vec![[0.0; 3]; columns.len() * rows.len()];
+    let at_once = (ROWS * rows.len() / pixels.height()).max(1);
+    let parts = out.par_chunks_mut(at_once * columns.len()).zip(rows.par_chunks(at_once));
+    parts.for_each_init(Vec::new, |scratch, (out, rows)| {
+        let olds = || rows.iter().flatten().map(|(old, _)| *old);
+        let (first, last) = (olds().min().unwrap_or(0), olds().max().unwrap_or(0));
+        let (pixels, width) = (pixels.rows(first..last + 1, scratch), pixels.width());
+        for (values, row) in out.chunks_mut(columns.len()).zip(rows) {
+            average(values, columns, row, |row, column| pixels[(row - first) * width + column]);
         }
     });
     out
+}
+
+/// The means over a row of new cells, which overlaps these old rows.
+fn average(
+    values: &mut [[f32; 3]],
+    columns: &Overlaps,
+    rows: &[(usize, f64)],
+    texel: impl Fn(usize, usize) -> [f32; 3],
+) {
+    for (value, columns) in values.iter_mut().zip(columns) {
+        let mut sum = [0.0; 3];
+        for &(row, down) in rows {
+            for &(column, across) in columns {
+                let pixel = texel(row, column);
+                for channel in 0..3 {
+                    sum[channel] += down * across * f64::from(pixel[channel]);
+                }
+            }
+        }
+        *value = sum.map(|sum| sum as f32);
+    }
 }
 
 #[cfg(test)]
@@ -152,7 +177,7 @@ mod tests {
             let (grid, columns) = (LatLong { width: height + 3, height }, 2 * rows);
             let pixels: Vec<_> =
                 (0..grid.len()).map(|k| [(k * k % 17) as f32, 1.0, (k % 5) as f32]).collect();
-            let found = equal_area_means(grid, &pixels, rows, columns);
+            let found = equal_area_means(grid, &Pixels::new(grid.width, pixels.clone()), rows, columns);
             let fine = 120;
             for (cell, found) in found.iter().enumerate() {
                 let (row, column) = (cell / columns, cell % columns);

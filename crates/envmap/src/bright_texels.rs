@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::pixels::Pixels;
 use crate::texels::{Taps, Texels};
 
 /// A bright texel is this many times brighter than the mean of the 5 x 5 pixels around it that the layout
@@ -19,67 +20,77 @@ const BRIGHTER: f32 = 2.0;
 /// fits into 64 bits.
 const UNIT: f64 = (1u64 << 58) as f64;
 
+/// The rows that are searched at once: a number of whole words of `is_bright` for every width.
+const ROWS: usize = 128;
+
 /// The bright texels of a picture.
 pub(crate) struct BrightTexels {
     width: usize,
-    /// Whether each texel is bright; empty if none is.
-    is_bright: Vec<bool>,
-    /// For each texel, the number of bright ones above and to the left of it and itself; empty if none is.
-    counts: Vec<u32>,
-    /// The bright texels, ascending.
-    texels: Vec<usize>,
+    /// A bit for each texel: whether it is bright; empty if none is.
+    is_bright: Vec<u64>,
+    /// The bright texels and their radiance, ascending.
+    texels: Vec<(u32, [f32; 3])>,
     /// The solid angle that each bright texel received.
     given: Vec<AtomicU64>,
 }
 
+/// What keeps the energy of bright texels.
+pub(crate) struct Balanced {
+    /// Radiance in place of that of bright texels.
+    pub(crate) scaled: Vec<(u32, [f32; 3])>,
+    /// The bright texels that no point of the new grid has sampled, and their radiance.
+    pub(crate) unseen: Vec<(usize, [f32; 3])>,
+}
+
 impl BrightTexels {
-    /// Finds the bright texels of a picture of `width` columns; all layouts are searched as flat pictures.
-    pub(crate) fn find<T: Texels>(picture: T, width: usize, pixels: &[[f32; 3]]) -> Self {
-        let height = pixels.len() / width;
-        // The brightness, and 1 for a pixel that the layout uses.
-        let weighed = |texel: usize| match picture.uses(texel) {
-            true => [pixels[texel].iter().fold(0.0, |sum, value| sum + value.abs()), 1.0],
-            false => [0.0, 0.0],
-        };
-        let mut is_bright = vec![false; pixels.len()];
-        let bright_of_row = |columns: &mut Vec<[f32; 2]>, (row, is_bright): (usize, &mut [bool])| {
-            columns.clear();
-            columns.resize(width, [0.0; 2]);
-            for near in row.saturating_sub(2)..(row + 3).min(height) {
-                for (column, sum) in columns.iter_mut().enumerate() {
-                    let value = weighed(near * width + column);
-                    *sum = [sum[0] + value[0], sum[1] + value[1]];
+    /// Finds the bright texels of a picture; all layouts are searched as flat pictures.
+    pub(crate) fn find<T: Texels>(picture: T, pixels: &Pixels) -> Self {
+        let (width, height) = (pixels.width(), pixels.height());
+        let mut is_bright = vec![0_u64; (width * height).div_ceil(64)];
+        let words = is_bright.par_chunks_mut(ROWS * width / 64).enumerate();
+        let found = words.map_init(<(Vec<_>, Vec<_>)>::default, |(scratch, columns), (part, words)| {
+            let rows = part * ROWS..((part + 1) * ROWS).min(height);
+            let around = rows.start.saturating_sub(2)..(rows.end + 2).min(height);
+            let near = pixels.rows(around.clone(), scratch);
+            let mut texels = Vec::new();
+            // The brightness, and 1 for a pixel that the layout uses.
+            let weighed = |texel: usize| match picture.uses(texel) {
+                true => {
+                    let pixel = near[texel - around.start * width];
+                    [pixel.iter().fold(0.0, |sum, value| sum + value.abs()), 1.0]
+                }
+                false => [0.0, 0.0],
+            };
+            for row in rows.clone() {
+                columns.clear();
+                columns.resize(width, [0.0_f32; 2]);
+                for near in row.saturating_sub(2)..(row + 3).min(height) {
+                    for (column, sum) in columns.iter_mut().enumerate() {
+                        let value = weighed(near * width + column);
+                        *sum = [sum[0] + value[0], sum[1] + value[1]];
+                    }
+                }
+                for column in 0..width {
+                    let of_near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
+                    let [light, count] =
+                        of_near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
+                    let texel = row * width + column;
+                    // light / count is the mean; unused pixels are 0, so that they are never brighter.
+                    if weighed(texel)[0] * count > BRIGHTER * light {
+                        let bit = texel - rows.start * width;
+                        words[bit / 64] |= 1 << (bit % 64);
+                        texels.push((texel as u32, near[texel - around.start * width]));
+                    }
                 }
             }
-            for (column, is_bright) in is_bright.iter_mut().enumerate() {
-                let near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
-                let [light, count] =
-                    near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
-                // light / count is the mean; unused pixels are 0, so that they are never brighter.
-                *is_bright = weighed(row * width + column)[0] * count > BRIGHTER * light;
-            }
-        };
-        is_bright.par_chunks_mut(width).enumerate().for_each_init(Vec::new, bright_of_row);
-        let texels: Vec<usize> = is_bright
-            .iter()
-            .enumerate()
-            .filter(|(_, is_bright)| **is_bright)
-            .map(|(texel, _)| texel)
-            .collect();
+            texels
+        });
+        let texels: Vec<_> = found.collect::<Vec<_>>().concat();
         if texels.is_empty() {
             is_bright = Vec::new();
         }
-        let mut counts = vec![0; is_bright.len()];
-        for (row, is_bright) in is_bright.chunks(width).enumerate() {
-            let mut in_row = 0;
-            for (column, is_bright) in is_bright.iter().enumerate() {
-                in_row += u32::from(*is_bright);
-                let above = if row == 0 { 0 } else { counts[(row - 1) * width + column] };
-                counts[row * width + column] = above + in_row;
-            }
-        }
         let given = texels.iter().map(|_| AtomicU64::new(0)).collect();
-        Self { width, is_bright, counts, texels, given }
+        Self { width, is_bright, texels, given }
     }
 
     /// Whether the picture has no bright texel.
@@ -89,20 +100,22 @@ impl BrightTexels {
 
     /// Whether one of the texels in these columns and rows is bright, first and last included.
     pub(crate) fn is_within(&self, columns: [usize; 2], rows: [usize; 2]) -> bool {
-        let count = |column: usize, row: usize| match (column, row) {
-            (0, _) | (_, 0) => 0,
-            _ => self.counts[(row - 1) * self.width + column - 1],
-        };
-        let [(left, right), (top, bottom)] = [columns, rows].map(|[first, last]| (first, last + 1));
-        count(right, bottom) + count(left, top) > count(left, bottom) + count(right, top)
+        (rows[0]..=rows[1]).any(|row| {
+            let [first, last] = columns.map(|column| row * self.width + column);
+            (first / 64..=last / 64).any(|word| {
+                let from = if word == first / 64 { first % 64 } else { 0 };
+                let until = if word == last / 64 { last % 64 } else { 63 };
+                self.is_bright[word] & (u64::MAX << from) & (u64::MAX >> (63 - until)) != 0
+            })
+        })
     }
 
     /// Adds to the solid angle that a texel received, if it is bright.
     pub(crate) fn give(&self, texel: usize, solid_angle: f64) {
-        if !self.is_bright[texel] {
+        if self.is_bright[texel / 64] & (1 << (texel % 64)) == 0 {
             return;
         }
-        if let Ok(index) = self.texels.binary_search(&texel) {
+        if let Ok(index) = self.texels.binary_search_by_key(&texel, |(texel, _)| *texel as usize) {
             self.given[index].fetch_add((solid_angle * UNIT) as u64, Ordering::Relaxed);
         }
     }
@@ -114,21 +127,19 @@ impl BrightTexels {
         }
     }
 
-    /// Scales the bright texels among `pixels` so that they keep their energy, and returns those that no
-    /// point of the new grid has sampled, with their solid angles.
-    pub(crate) fn balance<T: Texels>(&self, picture: T, pixels: &mut [[f32; 3]]) -> Vec<(usize, f64)> {
-        let mut unseen = Vec::new();
-        for (&texel, given) in self.texels.iter().zip(&self.given) {
-            let own = picture.solid_angle(texel);
+    /// Scales the bright texels so that they keep their energy.
+    pub(crate) fn balance<T: Texels>(&self, picture: T) -> Balanced {
+        let mut balanced = Balanced { scaled: Vec::new(), unseen: Vec::new() };
+        for (&(texel, radiance), given) in self.texels.iter().zip(&self.given) {
+            let own = picture.solid_angle(texel as usize);
             let given = given.load(Ordering::Relaxed) as f64 / UNIT;
             if given < 1e-3 * own {
-                unseen.push((texel, own));
+                balanced.unseen.push((texel as usize, radiance));
                 continue;
             }
-            for value in &mut pixels[texel] {
-                *value = ((f64::from(*value) * own / given) as f32).clamp(f32::MIN, f32::MAX);
-            }
+            let scale = |value: f32| (f64::from(value) * own / given) as f32;
+            balanced.scaled.push((texel, radiance.map(|value| scale(value).clamp(f32::MIN, f32::MAX))));
         }
-        unseen
+        balanced
     }
 }

@@ -89,18 +89,18 @@ impl Environment {
             let whole = Self { grid: own, pixels: image.stored().clone() };
             return if grid == own { Ok(whole) } else { whole.resized(grid) };
         }
-        let pixels = image.pixels();
-        let canvas = LatLongCanvas::new(grid);
+        let (pixels, canvas) = (image.stored(), LatLongCanvas::new(grid));
         let pixels = match layout {
-            Layout::LatLong => resample(own, width, pixels, &canvas),
-            Layout::OpenExrLatLong => resample(OpenExrLatLong { width, height }, width, pixels, &canvas),
-            Layout::OpenExrCube => resample(OpenExrCube { edge: width }, width, pixels, &canvas),
-            Layout::Probe => resample(AngularProbe { edge: width }, width, pixels, &canvas),
-            Layout::MirrorBall => resample(MirrorBall { edge: width }, width, pixels, &canvas),
+            Layout::LatLong => resample(own, pixels, &canvas),
+            Layout::OpenExrLatLong => resample(OpenExrLatLong { width, height }, pixels, &canvas),
+            Layout::OpenExrCube => resample(OpenExrCube { edge: width }, pixels, &canvas),
+            Layout::Probe => resample(AngularProbe { edge: width }, pixels, &canvas),
+            Layout::MirrorBall => resample(MirrorBall { edge: width }, pixels, &canvas),
             Layout::Cube | Layout::CubeCross | Layout::CubeStrip => {
                 let faces = layout.faces(width, height).ok_or_else(|| layout.misfit(width, height))?;
                 let cube = Cube { edge: faces.edge() };
-                resample(cube, cube.edge, &faces.gather(pixels), &canvas)
+                let pixels = Pixels::new(cube.edge, faces.gather(image.pixels()));
+                resample(cube, &pixels, &canvas)
             }
         };
         Ok(Self::of(grid, pixels))
@@ -142,7 +142,8 @@ impl Environment {
         }
         let width = image.width();
         let (completed, pixels) = Completed::new(image, part, fill);
-        Ok(Self::of(grid, resample(completed, width, &pixels, &LatLongCanvas::new(grid))))
+        let pixels = Pixels::new(width, pixels);
+        Ok(Self::of(grid, resample(completed, &pixels, &LatLongCanvas::new(grid))))
     }
 
     /// The environment of a cube map, resampled as by [`Environment::from_image`].
@@ -151,7 +152,8 @@ impl Environment {
     /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
     pub fn from_cube_map(map: &CubeMap, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
-        let pixels = resample(map.cube(), map.cube().edge, map.pixels(), &LatLongCanvas::new(grid));
+        let pixels = Pixels::new(map.cube().edge, map.pixels().to_vec());
+        let pixels = resample(map.cube(), &pixels, &LatLongCanvas::new(grid));
         Ok(Self::of(grid, pixels))
     }
 
@@ -164,8 +166,7 @@ impl Environment {
         let edge = cube.edge;
         checked(LatLong { width: edge, height: edge.saturating_mul(6) })?;
         let points = LatLongOnCube::new(self.grid, cube);
-        let pixels =
-            unstopped(|stop| resample_points(self.grid, self.grid.width, self.pixels(), &points, stop));
+        let pixels = unstopped(|stop| resample_points(self.grid, &self.pixels, &points, stop));
         Ok(CubeMap::from_complete(cube, pixels))
     }
 
@@ -203,6 +204,11 @@ impl Environment {
         function: impl Fn(usize, &[[f32; 3]]) -> T + Sync,
     ) -> Result<Vec<T>, Stopped> {
         self.pixels.map_blocks_where(stop, |block| self.pixels.may_exceed(block, radiance), function)
+    }
+
+    /// Some rows, which are decoded into `scratch` if they are not there as floats.
+    pub(crate) fn rows<'a>(&'a self, rows: Range<usize>, scratch: &'a mut Vec<[f32; 3]>) -> &'a [[f32; 3]] {
+        self.pixels.rows(rows, scratch)
     }
 
     /// The rows in blocks, compressed without loss: [`CodedRows::HEIGHT`] rows each, but the last.
@@ -283,7 +289,7 @@ impl Environment {
         }
         let (picture, canvas) = (Turned::new(grid, rotation), &LatLongCanvas::new(grid));
         let points = OnCanvas { picture, canvas };
-        let pixels = resample_points(picture, grid.width, self.pixels(), &points, stop)?;
+        let pixels = resample_points(picture, &self.pixels, &points, stop)?;
         Ok(Self::of(grid, pixels))
     }
 
@@ -296,7 +302,7 @@ impl Environment {
     /// [`Error::Resolution`] if the grid is empty or larger than 2^28 texels.
     pub fn downsampled(&self, grid: LatLong) -> Result<Self, Error> {
         let grid = checked(grid)?;
-        Ok(Self::of(grid, area::means(self.grid, self.pixels(), grid)))
+        Ok(Self::of(grid, area::means(self.grid, &self.pixels, grid)))
     }
 
     /// The means over cells of equal area, by exact solid angles: `rows` rows equal in z from +Z down,
@@ -306,7 +312,7 @@ impl Environment {
     /// If a number is 0, or that of the columns is odd.
     pub fn means_of_equal_areas(&self, rows: usize, columns: usize) -> Vec<[f32; 3]> {
         assert!(rows > 0 && columns > 0 && columns.is_multiple_of(2), "a grid has an even number of columns");
-        area::equal_area_means(self.grid, self.pixels(), rows, columns)
+        area::equal_area_means(self.grid, &self.pixels, rows, columns)
     }
 
     /// Returns the same light on another grid: by [`Environment::downsampled`] if each new texel consists of
@@ -319,7 +325,7 @@ impl Environment {
         if self.grid.width.is_multiple_of(grid.width) && self.grid.height.is_multiple_of(grid.height) {
             return self.downsampled(grid);
         }
-        let pixels = resample(self.grid, self.grid.width, self.pixels(), &LatLongCanvas::new(grid));
+        let pixels = resample(self.grid, &self.pixels, &LatLongCanvas::new(grid));
         Ok(Self::of(grid, pixels))
     }
 }
@@ -339,7 +345,7 @@ impl ImageRows<f32> for Environment {
         rows: Range<usize>,
         scratch: &'a mut Vec<[f32; 3]>,
     ) -> &'a [[f32; 3]] {
-        self.pixels.rows(rows, scratch)
+        self.rows(rows, scratch)
     }
 
     fn squares_of_rows(&self, _: usize, rows: Range<usize>, scratch: &mut Vec<[f32; 3]>) -> Vec<[f64; 3]> {

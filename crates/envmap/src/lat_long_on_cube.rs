@@ -10,6 +10,7 @@
 //! face.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use rayon::prelude::*;
 use sh::{Stop, Stopped};
@@ -17,6 +18,7 @@ use sphere::{Cube, Face, LatLong};
 
 use crate::bright_texels::BrightTexels;
 use crate::canvas::{Canvas, CubeCanvas, MOST_POINTS};
+use crate::pixels::Pixels;
 use crate::resample::{Points, by_taps};
 use crate::texels::{Taps, Texels};
 
@@ -29,6 +31,9 @@ const NEAR_POLE: usize = 8;
 
 /// The number of points along the side of a square texel of the image.
 const PER_TEXEL: f64 = 2.0;
+
+/// The pixels of the image that are decoded at once, of 12 bytes each.
+const BAND: usize = 1 << 22;
 
 /// A lat-long image under a cube.
 pub(crate) struct LatLongOnCube {
@@ -236,6 +241,11 @@ impl Window {
         let row = if self.is_upside_down { self.rows[1] - row } else { self.rows[0] + row };
         row * width + self.columns[0] + tap.column as usize
     }
+
+    /// The window of what is left of the picture if rows are taken from its top.
+    fn below(self, rows: usize) -> Self {
+        Self { rows: self.rows.map(|row| row - rows), ..self }
+    }
 }
 
 impl Shared {
@@ -297,13 +307,17 @@ impl Shared {
         })
     }
 
+    /// The first and last row with all taps, on any texel of an upper face.
+    fn rows_within(&self, picture: LatLong, is_near_pole: bool) -> [usize; 2] {
+        let last = picture.height as isize - 1;
+        let [top, bottom] = self.rows.map(|row| row.clamp(0, last) as usize);
+        [if is_near_pole { 0 } else { top }, bottom]
+    }
+
     /// A part of the picture with all taps, on any texel.
     fn around(&self, picture: LatLong, place: &Place, is_near_pole: bool) -> Window {
-        let last = picture.height as isize - 1;
-        let top = if is_near_pole { 0 } else { self.rows[0].clamp(0, last) };
-        let bottom = self.rows[1].clamp(0, last);
+        let (last, [top, bottom]) = (picture.height - 1, self.rows_within(picture, is_near_pole));
         let rows = if place.is_lower { [last - bottom, last - top] } else { [top, bottom] };
-        let rows = rows.map(|row| row as usize);
         Window { columns: [0, picture.width - 1], rows, is_upside_down: place.is_lower }
     }
 
@@ -395,10 +409,91 @@ impl Points for LatLongOnCube {
         groups.into_par_iter().map_init(Shared::default, give).collect()
     }
 
-    fn means(&self, pixels: &[[f32; 3]], out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
-        let (width, flat) = (self.picture.width, pixels.as_flattened());
-        let mean = |shared: &mut Shared, Group { kind, row, mut faces }: Group<&mut [[f32; 3]]>| {
+    fn means(&self, pixels: &Pixels, out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
+        let LatLong { width, height } = self.picture;
+        let rows = (BAND / width).max(1);
+        if rows >= height {
+            return self.means_in_band(Band { tops: 0..height, pixels: pixels.whole() }, &[], out, stop);
+        }
+        self.means_by_bands(rows, pixels, out, stop)
+    }
+}
+
+/// Some rows of a picture, and more of them below for windows that begin there.
+struct Band<'a> {
+    /// The first rows of the windows.
+    tops: Range<usize>,
+    pixels: &'a [[f32; 3]],
+}
+
+/// The rows that the texels of a group need, in the upper of faces that are upside down.
+struct Reach {
+    rows: [usize; 2],
+    /// The rows between the first and the last of a texel.
+    tallest: usize,
+}
+
+impl LatLongOnCube {
+    /// The rows that each of [`LatLongOnCube::groups`] needs.
+    fn reach(&self) -> Vec<Reach> {
+        let of_group = |shared: &mut Shared, Group { kind, row, .. }: Group<()>| {
+            let [upper, lower] = self.corner_rows(kind, row);
+            let mut reach = Reach { rows: [usize::MAX, 0], tallest: 0 };
+            for column in 0..self.edge {
+                shared.bounds(&self.corners(&upper[column..], &lower[column..]), 0.0);
+                let [top, bottom] = shared.rows_within(self.picture, self.is_near_pole(kind, row, column));
+                reach.rows = [reach.rows[0].min(top), reach.rows[1].max(bottom)];
+                reach.tallest = reach.tallest.max(bottom - top);
+            }
+            reach
+        };
+        self.groups(std::iter::empty()).into_par_iter().map_init(Shared::default, of_group).collect()
+    }
+
+    /// [`Points::means`] with so many rows of the picture at a time.
+    fn means_by_bands(
+        &self,
+        rows: usize,
+        pixels: &Pixels,
+        out: &mut [[f32; 3]],
+        stop: Stop<'_>,
+    ) -> Result<(), Stopped> {
+        let height = self.picture.height;
+        let reach = self.reach();
+        let tallest = reach.iter().map(|reach| reach.tallest).max().unwrap_or(0);
+        let mut scratch = Vec::new();
+        for first in (0..height).step_by(rows) {
+            let tops = first..(first + rows).min(height);
+            // The last texel's window, and what follows its last pixel.
+            let pixels = pixels.rows(first..(tops.end + tallest + 1).min(height), &mut scratch);
+            self.means_in_band(Band { tops, pixels }, &reach, out, stop)?;
+        }
+        Ok(())
+    }
+
+    /// The means over the texels whose windows begin in a band. `reach` may be empty if all do.
+    fn means_in_band(
+        &self,
+        Band { tops, pixels }: Band<'_>,
+        reach: &[Reach],
+        out: &mut [[f32; 3]],
+        stop: Stop<'_>,
+    ) -> Result<(), Stopped> {
+        let (LatLong { width, height }, flat) = (self.picture, pixels.as_flattened());
+        let pixel = |texel: usize| pixels[texel - tops.start * width];
+        let mean = |shared: &mut Shared, (index, group): (usize, Group<&mut [[f32; 3]]>)| {
             stop.check()?;
+            let Group { kind, row, mut faces } = group;
+            faces.retain(|(place, _)| {
+                reach.get(index).is_none_or(|Reach { rows: [first, last], .. }| {
+                    let top = if place.is_lower { height - 1 - last } else { *first };
+                    let bottom = if place.is_lower { height - 1 - first } else { *last };
+                    top < tops.end && tops.start <= bottom
+                })
+            });
+            if faces.is_empty() {
+                return Ok(());
+            }
             let [upper, lower] = self.corner_rows(kind, row);
             for column in 0..self.edge {
                 let is_near_pole = self.is_near_pole(kind, row, column);
@@ -406,19 +501,26 @@ impl Points for LatLongOnCube {
                 for (i, (place, texels)) in faces.iter_mut().enumerate() {
                     if i == 0 || place.fraction != shared.fraction {
                         shared.bounds(&corners, place.fraction);
-                        shared.fill(&corners);
+                    }
+                    let around = shared.around(self.picture, place, is_near_pole);
+                    if !tops.contains(&around.rows[0]) {
+                        continue;
                     }
                     let inside = shared.inside(self.picture, place).filter(|_| !is_near_pole);
-                    texels[column] = match inside {
-                        Some(window) => shared.mean(flat, width, window),
-                        None => by_taps(self, pixels, place.row, column),
+                    let Some(window) = inside else {
+                        texels[column] = by_taps(self, pixel, place.row, column);
+                        continue;
                     };
+                    if shared.taps.is_empty() {
+                        shared.fill(&corners);
+                    }
+                    texels[column] = shared.mean(flat, width, window.below(tops.start));
                 }
             }
             Ok(())
         };
         let groups = self.groups(out.chunks_mut(self.edge));
-        groups.into_par_iter().map_init(Shared::default, mean).collect()
+        groups.into_par_iter().enumerate().map_init(Shared::default, mean).collect()
     }
 }
 
@@ -447,70 +549,4 @@ fn between(corners: &[Corner; 4], points: usize, mut visit: impl FnMut(Corner)) 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Compares every point with its arc tangents, on sizes at which the poles are and are not between
-    /// texels.
-    #[test]
-    fn points_are_where_their_directions_are() {
-        for (edge, rows) in [(64, 100), (33, 64), (5, 8)] {
-            let (picture, cube) = (LatLong::with_rows(rows), Cube { edge });
-            let points = LatLongOnCube::new(picture, cube);
-            // A function that is linear in the taps' coordinates everywhere but at the seam.
-            let place = |taps: Taps| {
-                let mut sum = [0.0; 2];
-                for (index, weight) in taps.index.into_iter().zip(taps.weight) {
-                    let phi = TAU * (index % picture.width) as f64 / picture.width as f64;
-                    sum[0] += weight * (phi.sin() + 0.3 * phi.cos());
-                    sum[1] += weight * (index / picture.width) as f64 / picture.height as f64;
-                }
-                sum
-            };
-            let mut whole = 0.0;
-            for row in 0..6 * edge {
-                for column in 0..edge {
-                    let mut found = Vec::new();
-                    points.visit(row, column, |taps, solid_angle| found.push((place(taps), solid_angle)));
-                    let along = (found.len() as f64).sqrt() as usize;
-                    let mut expected = Vec::new();
-                    points.canvas.points(row, column, along, along, |direction, solid_angle| {
-                        expected.push((place(picture.taps(direction)), solid_angle));
-                    });
-                    assert_eq!(found.len(), expected.len());
-                    for ((found, given), (expected, solid_angle)) in found.iter().zip(&expected) {
-                        let limit = 2.0 / (edge * edge) as f64 + 0.02 / edge as f64;
-                        for (found, expected) in found.iter().zip(expected) {
-                            assert!((found - expected).abs() < limit, "{row} {column}: {found} {expected}");
-                        }
-                        assert!((given / solid_angle - 1.0).abs() < 2.0 * limit, "{given} {solid_angle}");
-                        whole += given;
-                    }
-                }
-            }
-            assert!((whole / (4.0 * PI) - 1.0).abs() < 1.0 / (edge * edge) as f64, "{edge}: {whole}");
-        }
-    }
-
-    /// The means that several faces share are those of each texel's own points, also if a quarter turn is not
-    /// a whole number of columns.
-    #[test]
-    fn shared_points_are_those_of_each_texel() {
-        for (edge, rows) in [(64, 100), (33, 65), (5, 9), (4, 2)] {
-            let picture = LatLong::with_rows(rows);
-            let noise = |texel: usize| ((texel * 2_654_435_761) % 65_536) as f32 / 65_536.0;
-            let pixels: Vec<_> = (0..picture.len()).map(|i| [noise(i), 1.0, noise(7 * i)]).collect();
-            let points = LatLongOnCube::new(picture, Cube { edge });
-            let mut found = vec![[0.0; 3]; 6 * edge * edge];
-            points.means(&pixels, &mut found, Stop::NEVER).unwrap();
-            for (texel, found) in found.iter().enumerate() {
-                let expected = by_taps(&points, &pixels, texel / edge, texel % edge);
-                assert_eq!(found[1], 1.0);
-                for channel in [0, 2] {
-                    let error = (found[channel] - expected[channel]).abs();
-                    assert!(error < 3e-6, "{edge} {rows} {texel}: {found:?} {expected:?}");
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -112,16 +112,27 @@ impl Pixels {
         Self(Arc::new(Stored { width, height, blocks, replaced, sums, whole }))
     }
 
+    /// The number of columns.
+    pub(crate) fn width(&self) -> usize {
+        self.0.width
+    }
+
+    /// The number of rows.
+    pub(crate) fn height(&self) -> usize {
+        self.0.height
+    }
+
     /// These pixels with others in some places, which are in order and each once.
     pub(crate) fn replaced(mut self, others: Vec<(u32, [f32; 3])>) -> Self {
-        if self.0.blocks.is_empty() || !self.0.replaced.is_empty() {
+        if self.0.blocks.is_empty() {
             let pixels = self.whole_mut();
             others.into_iter().for_each(|(at, value)| pixels[at as usize] = value);
             return self;
         }
-        let Stored { width, height, blocks, sums, .. } = &*self.0;
+        let Stored { width, height, blocks, replaced, sums, .. } = &*self.0;
         let (width, height, blocks, sums) = (*width, *height, blocks.clone(), sums.clone());
-        let mut stored = Stored { width, height, blocks, replaced: others, sums, whole: OnceLock::new() };
+        let replaced = if replaced.is_empty() { others } else { merged(replaced, others) };
+        let mut stored = Stored { width, height, blocks, replaced, sums, whole: OnceLock::new() };
         for block in 0..stored.sums.len() {
             if !stored.replaced_in(block).is_empty() {
                 stored.sums[block] = OnceLock::new();
@@ -173,8 +184,8 @@ impl Pixels {
         let from = first * CodedRows::HEIGHT;
         let until = (last * CodedRows::HEIGHT).min(*height);
         scratch.resize((until - from) * width, [0.0; 3]);
-        let decoded = scratch.chunks_mut(width * CodedRows::HEIGHT);
-        (first..last).zip(decoded).for_each(|(block, rows)| self.0.decode(block, rows));
+        let decoded = scratch.par_chunks_mut(width * CodedRows::HEIGHT);
+        decoded.enumerate().for_each(|(block, rows)| self.0.decode(first + block, rows));
         &scratch[(rows.start - from) * width..(rows.end - from) * width]
     }
 
@@ -292,6 +303,15 @@ impl Pixels {
     }
 }
 
+/// Pixels in order of their places; where both lists have one, it is that of `later`.
+fn merged(earlier: &[(u32, [f32; 3])], mut later: Vec<(u32, [f32; 3])>) -> Vec<(u32, [f32; 3])> {
+    let has_later = |at: u32| later.binary_search_by_key(&at, |(at, _)| *at).is_ok();
+    let kept: Vec<_> = earlier.iter().filter(|(at, _)| !has_later(*at)).copied().collect();
+    later.extend(kept);
+    later.sort_unstable_by_key(|(at, _)| *at);
+    later
+}
+
 impl Stored {
     /// The pixels of a block.
     fn decode(&self, block: usize, rows: &mut [[f32; 3]]) {
@@ -382,6 +402,7 @@ mod tests {
         assert_eq!(coded_twice.blocks(), plain_twice.blocks());
         let [plain, coded] =
             [plain, coded].map(|pixels| pixels.replaced(vec![(0, [3.0; 3]), (96, [2.0; 3])]));
+        assert!(coded.0.whole.get().is_none(), "nothing was decoded as a whole");
         assert_eq!(coded.into_whole(), plain.into_whole());
     }
 

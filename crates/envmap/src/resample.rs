@@ -13,8 +13,9 @@
 use rayon::prelude::*;
 use sh::{Stop, Stopped, unstopped};
 
-use crate::bright_texels::BrightTexels;
+use crate::bright_texels::{Balanced, BrightTexels};
 use crate::canvas::{Canvas, MOST_POINTS};
+use crate::pixels::Pixels;
 use crate::texels::{Taps, Texels};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
@@ -24,14 +25,9 @@ pub const REVISION: u32 = 1;
 /// The number of points along the side of a square texel of the picture.
 const PER_TEXEL: f64 = 3.0;
 
-/// Takes the picture `pixels`, of `width` columns, to another grid, row by row. All values must be finite.
-pub(crate) fn resample<T: Texels, C: Canvas>(
-    picture: T,
-    width: usize,
-    pixels: &[[f32; 3]],
-    canvas: &C,
-) -> Vec<[f32; 3]> {
-    unstopped(|stop| resample_points(picture, width, pixels, &OnCanvas { picture, canvas }, stop))
+/// Takes the picture `pixels` to another grid, row by row. All values must be finite.
+pub(crate) fn resample<T: Texels, C: Canvas>(picture: T, pixels: &Pixels, canvas: &C) -> Vec<[f32; 3]> {
+    unstopped(|stop| resample_points(picture, pixels, &OnCanvas { picture, canvas }, stop))
 }
 
 /// The points of a picture under the texels of a grid.
@@ -60,23 +56,29 @@ pub(crate) trait Points: Sync + Sized {
     }
 
     /// The means of the picture over the points of each texel. `stop` is asked before each row.
-    fn means(&self, pixels: &[[f32; 3]], out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
+    fn means(&self, pixels: &Pixels, out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
+        let pixels = pixels.whole();
         out.par_chunks_mut(self.canvas().width()).enumerate().try_for_each(|(row, values)| {
             stop.check()?;
             for (column, value) in values.iter_mut().enumerate() {
-                *value = by_taps(self, pixels, row, column);
+                *value = by_taps(self, |texel| pixels[texel], row, column);
             }
             Ok(())
         })
     }
 }
 
-/// The mean of a picture over the points of a texel.
-pub(crate) fn by_taps<P: Points>(points: &P, pixels: &[[f32; 3]], row: usize, column: usize) -> [f32; 3] {
+/// The mean of a picture over the points of a texel, by the pixel of each of its texels.
+pub(crate) fn by_taps<P: Points>(
+    points: &P,
+    pixel: impl Fn(usize) -> [f32; 3],
+    row: usize,
+    column: usize,
+) -> [f32; 3] {
     let mut sum = [0.0; 3];
     let mut total = 0.0;
     points.visit(row, column, |taps, solid_angle| {
-        let value = taps.blend(pixels);
+        let value = taps.blend_by(&pixel);
         (0..3).for_each(|channel| sum[channel] += solid_angle * value[channel]);
         total += solid_angle;
     });
@@ -117,29 +119,27 @@ fn points_of_texel(picture: impl Texels, canvas: &impl Canvas, row: usize, colum
 /// The means of a picture over the texels of a grid, by points. `stop` is asked before each row.
 pub(crate) fn resample_points<T: Texels, P: Points>(
     picture: T,
-    width: usize,
-    pixels: &[[f32; 3]],
+    pixels: &Pixels,
     points: &P,
     stop: Stop<'_>,
 ) -> Result<Vec<[f32; 3]>, Stopped> {
     let canvas = points.canvas();
     let mut out = vec![[0.0; 3]; canvas.width() * canvas.rows()];
-    let bright = BrightTexels::find(picture, width, pixels);
+    let bright = BrightTexels::find(picture, pixels);
     if bright.is_empty() {
         points.means(pixels, &mut out, stop)?;
         return Ok(out);
     }
     points.give_to(&bright, stop)?;
-    let mut balanced = pixels.to_vec();
-    let unseen = bright.balance(picture, &mut balanced);
-    points.means(&balanced, &mut out, stop)?;
-    for (texel, solid_angle) in unseen {
+    let Balanced { scaled, unseen } = bright.balance(picture);
+    points.means(&pixels.clone().replaced(scaled), &mut out, stop)?;
+    for (texel, radiance) in unseen {
         let Some(direction) = picture.direction(texel) else { continue };
         let (row, column) = canvas.texel(direction);
-        let share = solid_angle / canvas.solid_angle(row, column);
+        let share = picture.solid_angle(texel) / canvas.solid_angle(row, column);
         let value = &mut out[row * canvas.width() + column];
         for channel in 0..3 {
-            value[channel] = (f64::from(value[channel]) + share * f64::from(pixels[texel][channel]))
+            value[channel] = (f64::from(value[channel]) + share * f64::from(radiance[channel]))
                 .clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
         }
     }

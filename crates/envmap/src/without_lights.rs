@@ -10,6 +10,7 @@
 //! circle grows to at most [`WIDEST`] radii: a light may be a little larger than its disk. After that it
 //! grows only if the circle has less light than the light itself.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use sh::Light;
@@ -57,7 +58,7 @@ impl Environment {
     /// ```
     pub fn without_lights(&self, lights: &[Light]) -> WithoutLights {
         let grid = self.grid();
-        let mut pixels = self.pixels().to_vec();
+        let mut cut = BTreeMap::new();
         let mut strongest: Vec<&Light> = lights.iter().collect();
         strongest.sort_by(|a, b| sum(b.flux()).total_cmp(&sum(a.flux())));
         for light in strongest {
@@ -67,8 +68,8 @@ impl Environment {
             let mut levels = [0.0; 3];
             loop {
                 let flux = light.flux();
-                let within = self.circle(&pixels, light.direction, 0.0..circle);
-                let ring = self.circle(&pixels, light.direction, circle..STEP * circle);
+                let within = self.circle(&cut, light.direction, 0.0..circle);
+                let ring = self.circle(&cut, light.direction, circle..STEP * circle);
                 let mut grow = false;
                 for c in 0..3 {
                     let level = level(&within, c, flux[c]);
@@ -85,36 +86,43 @@ impl Environment {
                 }
                 circle = (STEP * circle).min(PI);
             }
-            for texel in self.circle(&pixels, light.direction, 0.0..circle) {
-                pixels[texel.index] = std::array::from_fn(|c| {
-                    let value = pixels[texel.index][c];
-                    if f64::from(value) > levels[c] { levels[c] as f32 } else { value }
+            for texel in self.circle(&cut, light.direction, 0.0..circle) {
+                let rgb: [f32; 3] = std::array::from_fn(|c| {
+                    let value = texel.rgb[c];
+                    if value > levels[c] { levels[c] as f32 } else { value as f32 }
                 });
+                if rgb.map(f64::from) != texel.rgb {
+                    cut.insert(texel.index, rgb);
+                }
             }
         }
         let before = self.integral();
         // The values only became smaller, and stay finite.
-        let rest = Self::new(grid, pixels).unwrap_or_else(|| self.clone());
+        let rest = self.replaced(cut.into_iter().collect());
         let after = rest.integral();
         WithoutLights { rest, taken: std::array::from_fn(|c| before[c] - after[c]) }
     }
 
-    /// The texels at these angles from a direction.
-    fn circle(&self, pixels: &[[f32; 3]], centre: Direction, angles: std::ops::Range<f64>) -> Vec<Texel> {
+    /// The texels at these angles from a direction, of which some have been cut already.
+    fn circle(&self, cut: &Cut, centre: Direction, angles: std::ops::Range<f64>) -> Vec<Texel> {
         let grid = self.grid();
         let row_of = |theta: f64| (theta.clamp(0.0, PI) / PI * grid.height as f64) as usize;
         let (first, last) = (row_of(centre.theta() - angles.end), row_of(centre.theta() + angles.end));
         let least = if angles.end >= PI { -2.0 } else { math::cos(angles.end) };
         let most = if angles.start <= 0.0 { 2.0 } else { math::cos(angles.start.min(PI)) };
+        let rows = first..(last + 1).min(grid.height);
+        let mut scratch = Vec::new();
+        let pixels = self.rows(rows.clone(), &mut scratch);
         let mut texels = Vec::new();
-        for row in first..(last + 1).min(grid.height) {
+        for row in rows.clone() {
             let (solid_angle, (sine, z)) = (grid.solid_angle(row), math::sin_cos(grid.theta(row)));
             for column in 0..grid.width {
                 let (y, x) = math::sin_cos(grid.phi(column));
                 let cosine = centre.vector().dot(DVec3::new(sine * x, sine * y, z));
                 if cosine > least && cosine <= most {
                     let index = row * grid.width + column;
-                    texels.push(Texel { index, solid_angle, rgb: pixels[index].map(f64::from) });
+                    let rgb = cut.get(&(index as u32)).unwrap_or(&pixels[index - rows.start * grid.width]);
+                    texels.push(Texel { index: index as u32, solid_angle, rgb: rgb.map(f64::from) });
                 }
             }
         }
@@ -122,9 +130,12 @@ impl Environment {
     }
 }
 
+/// The texels that lights have been cut from, by their numbers.
+type Cut = BTreeMap<u32, [f32; 3]>;
+
 /// A texel in a circle.
 struct Texel {
-    index: usize,
+    index: u32,
     solid_angle: f64,
     rgb: [f64; 3],
 }

@@ -139,7 +139,7 @@ pub fn prefilter(
         _ => 0,
     });
     let highest = needed.max().unwrap_or(0).max(HORIZON_DEGREE.min(own));
-    let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX))?;
+    let series = series(environment, lighting, Degree::new(highest).unwrap_or(Degree::MAX), stop)?;
     let mut light =
         LevelLight { environment, energy: energy_per_degree(&series), series, blocks: None, stop };
     let mut levels: Vec<PrefilteredLevel> = Vec::with_capacity(roughness.len());
@@ -166,12 +166,14 @@ fn series(
     environment: &Environment,
     lighting: Option<&Lighting>,
     degree: Degree,
-) -> Result<Expansion, TransformError> {
+    stop: Stop<'_>,
+) -> Result<Expansion, PrefilterError> {
     let Some(lighting) = lighting else {
-        let (grid, pixels) = (environment.grid(), environment.pixels());
+        let grid = environment.grid();
         if degree.get() <= highest_degree(grid) {
-            return Ok(Transform::new(grid, degree)?.analyse(pixels));
+            return Ok(Transform::new(grid, degree)?.analyse_rows(environment, stop)?);
         }
+        let pixels = environment.pixels();
         let fine = doubled(grid);
         let quarter = |index: usize| {
             let (row, column) = (index / fine.width, index % fine.width);

@@ -1,5 +1,7 @@
 //! The files that an engine loads as light, made of a prefiltered cube or of a lat-long image.
 
+use std::iter;
+
 use containers::{Precision, ReadOptions, TexelFormat, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{Failure, Reporter};
 use envmap::{CubeMap, Environment, Image};
@@ -105,8 +107,7 @@ pub(crate) fn of_sky(
     let cube = preset.cube().ok_or_else(|| Failure::new(format!("{} loads no cube", preset.name)))?;
     let content = Content::Light(MapGrid::Cube(sky.cube()));
     let (size, excess) = (sky.cube().edge, Excess::of(sky.pixels(), content, format.largest()));
-    let levels: Vec<_> = std::iter::successors(Some(sky), CubeMap::halved).collect();
-    let texture = texture(&levels, cube.direction_at);
+    let texture = texture(iter::successors(Some(sky), CubeMap::halved), cube.direction_at);
     let texels = format.texels().unwrap_or(TexelFormat::Rgba16F);
     let file = (skybox.write)(&texture, texels, recipe)?.bytes;
     Ok(SkyFile { file, size, excess })

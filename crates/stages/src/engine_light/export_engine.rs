@@ -89,7 +89,7 @@ use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, Reporter, choice, parameters};
 use envmap::{Environment, joined_lights};
 use serde_json::{Value, json};
-use sh::{Degree, Expansion, Light, Transform};
+use sh::{Degree, Expansion, Light, Stop, Transform};
 use shrm::{Distribution, LevelMethod, MethodChoice, Prefiltered, prefilter};
 use sphere::{Cube, LatLong};
 
@@ -289,7 +289,8 @@ impl Kind for ExportEngine {
                 cube_files(target, &cube, context)?
             } else {
                 // The irradiance is that of the whole picture, whatever the size of the written one is.
-                let irradiance = nine(&light_of(environment)?, reporter);
+                let light = reporter.until_stopped(|stop| light_of(environment, stop))?;
+                let irradiance = nine(&light, reporter);
                 let resized = match parameters.resolution {
                     Some(rows) if rows != environment.grid().height => {
                         Some(environment.resized(LatLong::with_rows(rows))?)
@@ -412,8 +413,8 @@ fn check_levels(preset: EnginePreset, cube: &Prefiltered) -> Result<(), Failure>
 }
 
 /// An environment's series of degree 2.
-fn light_of(environment: &Environment) -> Result<Expansion, Failure> {
-    Ok(Transform::new(environment.grid(), Degree::new(2)?)?.analyse(environment.pixels()))
+fn light_of(environment: &Environment, stop: Stop<'_>) -> Result<Expansion, Failure> {
+    Ok(Transform::new(environment.grid(), Degree::new(2)?)?.analyse_rows(environment, stop)?)
 }
 
 /// Cuts a light to nine coefficients, without ringing.

@@ -1,5 +1,7 @@
 //! A prefiltered cube as an engine loads it: turned to where the engine looks, with its irradiance.
 
+use std::borrow::Borrow;
+
 use containers::lighting_json::{self, Preset};
 use containers::{Encoded, TexelFormat, Texture, write_dds, write_ktx2_zstd};
 use engine::Failure;
@@ -83,13 +85,14 @@ pub(crate) fn texels(cube: Cube, direction_at: DirectionAt) -> impl IndexedParal
     })
 }
 
-/// Makes a texture of an engine's from levels.
-pub(crate) fn texture<'a>(
-    levels: impl IntoIterator<Item = &'a CubeMap>,
+/// Makes a texture of an engine's from levels. Those that are given as values are freed one by one.
+pub(crate) fn texture(
+    levels: impl IntoIterator<Item = impl Borrow<CubeMap>>,
     direction_at: DirectionAt,
 ) -> Texture {
     let mut texture = Texture { faces: 6, ..Texture::default() };
     for (level, map) in levels.into_iter().enumerate() {
+        let map = map.borrow();
         let pixels = texels(map.cube(), direction_at).map(|texel| map.pixels()[texel]).collect();
         if level == 0 {
             (texture.width, texture.height) = (map.cube().edge, map.cube().edge);
