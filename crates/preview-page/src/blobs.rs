@@ -9,7 +9,7 @@ use std::sync::Arc;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use half::f16;
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use preview::web::{WebBaseColor, WebTexels, WebTexture, WebTransfer, WebView};
+use preview::web::{WebBaseColor, WebProgram, WebTexels, WebTexture, WebTransfer, WebView};
 use serde::Serialize;
 
 /// The error in stops of texels with a common exponent, within which 99 % have to be.
@@ -36,16 +36,24 @@ pub struct TextureEntry {
     linear: bool,
 }
 
+/// The shaders of a program: the blobs of their texts, and what is defined before both.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct ProgramEntry {
+    vertex: usize,
+    fragment: usize,
+    defines: BTreeMap<String, usize>,
+    /// The blob of functions that follow the fragment shader.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    functions: Option<usize>,
+}
+
 /// The shaders, the textures and the uniforms of a view.
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewEntry {
-    /// The blob of the vertex shader, if it is not that of most views.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    vertex: Option<usize>,
-    fragment: usize,
-    /// The blob of the fragment shader that reads the texture of a base colour, if the page has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    textured: Option<usize>,
+    #[serde(flatten)]
+    program: ProgramEntry,
+    /// Whether it shows the material, and thus the texture of its base colour if there is one.
+    shows_material: bool,
     #[serde(flatten)]
     read: ReadEntry,
     uniforms: BTreeMap<&'static str, f64>,
@@ -155,11 +163,18 @@ impl Blobs {
 
     /// Adds what a view reads, and its shaders.
     pub fn view(&mut self, view: WebView) -> ViewEntry {
-        let read = self.read(view.textures, view.blocks);
-        let vertex = view.vertex.map(|text| self.add(text.as_bytes()));
-        let fragment = self.add(view.fragment.as_bytes());
-        let textured = view.textured.map(|text| self.add(text.as_bytes()));
-        ViewEntry { vertex, fragment, textured, read, uniforms: view.uniforms.into_iter().collect() }
+        let WebView { program, shows_material, textures, blocks, uniforms, .. } = view;
+        let read = self.read(textures, blocks);
+        let program = self.program(program);
+        ViewEntry { program, shows_material, read, uniforms: uniforms.into_iter().collect() }
+    }
+
+    /// Adds the shaders of a program.
+    pub(crate) fn program(&mut self, program: WebProgram) -> ProgramEntry {
+        let WebProgram { vertex, fragment, defines, functions } = program;
+        let functions = (!functions.is_empty()).then(|| self.add(functions.as_bytes()));
+        let [vertex, fragment] = [vertex, fragment].map(|text| self.add(text.as_bytes()));
+        ProgramEntry { vertex, fragment, defines, functions }
     }
 
     /// Adds the texture of a base colour.

@@ -128,7 +128,7 @@ impl LiveScene {
             let base_color = object.mesh.coordinates().and(WebBaseColor::of(&object.look, LONGEST_SIDE));
             let view = match base_color {
                 Some(base_color) => view.with_base_color(base_color),
-                None => WebView { textured: None, ..view },
+                None => view,
             };
             parts.push(blobs.lock().view(view));
         }

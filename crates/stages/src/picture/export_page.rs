@@ -227,9 +227,7 @@ impl Kind for ExportPage {
             for (place, form, made, view) in made.into_iter().flatten() {
                 let pair = &pairs[place];
                 let (kept, cost) = (blobs.next(), view.cost);
-                let has_texture = document.pairs[place].base_color.is_some();
-                let textured = view.textured.filter(|_| has_texture);
-                let view = blobs.view(web::WebView { textured, ..view });
+                let view = blobs.view(view);
                 if blobs.bytes() > room {
                     let bytes = quantity::size(blobs.since(kept) as u64);
                     document.left_out.push(format!("{} as {}: {bytes}", pair.title(), form.label()));
