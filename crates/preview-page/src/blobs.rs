@@ -20,14 +20,14 @@ const SPARE_BITS: u16 = 3;
 
 /// A binary part of numbers: its place, the bytes of each, and the components that take turns.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Numbers {
+pub(crate) struct Numbers {
     blob: usize,
     words: [usize; 2],
 }
 
 /// A texture of the page.
 #[derive(Clone, Debug, Serialize)]
-pub struct TextureEntry {
+pub(crate) struct TextureEntry {
     #[serde(flatten)]
     numbers: Numbers,
     format: &'static str,
@@ -59,9 +59,18 @@ pub struct ViewEntry {
     uniforms: BTreeMap<&'static str, f64>,
 }
 
+/// The texture of a base colour.
+#[derive(Clone, Debug, Serialize)]
+pub struct BaseColorEntry {
+    #[serde(flatten)]
+    read: ReadEntry,
+    /// The texels of it that a pixel reads.
+    fetches: usize,
+}
+
 /// The textures and the uniform blocks that a shader reads.
 #[derive(Clone, Debug, Serialize)]
-pub struct ReadEntry {
+struct ReadEntry {
     textures: BTreeMap<&'static str, TextureEntry>,
     blocks: BTreeMap<&'static str, Numbers>,
 }
@@ -178,8 +187,9 @@ impl Blobs {
     }
 
     /// Adds the texture of a base colour.
-    pub fn base_color(&mut self, base_color: WebBaseColor) -> ReadEntry {
-        self.read(base_color.textures, base_color.blocks)
+    pub fn base_color(&mut self, base_color: WebBaseColor) -> BaseColorEntry {
+        let read = self.read(base_color.textures, base_color.blocks);
+        BaseColorEntry { read, fetches: WebBaseColor::FETCHES }
     }
 
     /// Adds the vectors of a part of a mesh.

@@ -5,7 +5,7 @@ use preview::web::{self, WebProgram};
 use serde::Serialize;
 
 use crate::Form;
-use crate::blobs::{Blobs, ProgramEntry, ReadEntry, ViewEntry};
+use crate::blobs::{BaseColorEntry, Blobs, ProgramEntry, ViewEntry};
 use crate::mesh_entry::MeshEntry;
 
 /// Everything that a page shows.
@@ -63,7 +63,7 @@ pub struct PairEntry {
     environment: usize,
     material: usize,
     /// The texture of the material's base colour, for the parts of meshes that show it.
-    pub base_color: Option<ReadEntry>,
+    pub base_color: Option<BaseColorEntry>,
     /// The forms that the page has of it.
     pub views: Vec<FormEntry>,
 }

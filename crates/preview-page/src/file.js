@@ -17,29 +17,39 @@ function sceneOf(state) {
     const { parts } = data.meshes[mesh];
     const isOwn = parts.some((part) => part.material === material);
     const pairs = parts.map((part) => (isOwn && pairOf(part.material)) || chosen);
+    const drawnWith = (view, i) => {
+        const { coordinates, transfer } = parts[i];
+        if (isTransfer(view.mode)) return withTransfer(view, transfer);
+        const { material, views, base_color } = pairs[i];
+        const own = views.find(({ mode }) => mode === view.mode) ?? view;
+        return coordinates[material] ? withBaseColor(own, base_color) : own;
+    };
     return {
         number: 0,
         exposure: data.environments[environment].exposure,
-        views: (chosen?.views ?? []).filter(({ mode }) => !isTransfer(mode) || parts.some(({ transfer }) => transfer)),
+        views: (chosen?.views ?? []).filter(({ mode }) => !isTransfer(mode) || parts.every(({ transfer }) => transfer))
+            .map((view) => ({ ...view, ...mostOf(parts.map((_, i) => drawnWith(view, i))) })),
         notes: [],
         parts: async () => ({
             mesh: withCoordinates(data.meshes[mesh], pairs.map((pair) => pair?.material)),
             sky: data.skies[environment],
         }),
-        view: async (view) => parts.map((part, i) => {
-            if (isTransfer(view.mode)) return withTransfer(view, part.transfer);
-            const { material, views, base_color } = pairs[i];
-            const own = views.find(({ mode }) => mode === view.mode);
-            return own && part.coordinates[material] ? withBaseColor(own, base_color) : own ?? view;
-        }),
+        view: async (view) => parts.map((_, i) => drawnWith(view, i)),
     };
 }
 
+/** What a pixel costs in the most expensive of some parts. */
+function mostOf(drawn) {
+    const most = (field) => Math.max(...drawn.map((view) => view[field]));
+    return { fetches: most('fetches'), lights: most('lights') };
+}
+
 /** A view with the texture of a base colour, if its form shows the material. */
-function withBaseColor(view, { textures, blocks }) {
+function withBaseColor(view, { textures, blocks, fetches }) {
     if (!view.shows_material) return view;
     return {
         ...view,
+        fetches: view.fetches + fetches,
         defines: { ...view.defines, TEXTURED: 1 },
         textures: { ...view.textures, ...textures },
         blocks: { ...view.blocks, ...blocks },

@@ -21,8 +21,8 @@ use taps::{AnyTable, Language, LookUp, Source, atlas_picture, facet_texels, tabl
 
 pub use self::base_color::WebBaseColor;
 use self::elements::{Elements, Place};
-use self::program::{MODES, TEXTURED, vectors_name};
 pub use self::program::WebProgram;
+use self::program::{MODES, TEXTURED, vectors_name};
 #[cfg(test)]
 #[cfg(feature = "gpu")]
 pub(crate) use self::texture::ELEMENTS;
@@ -158,6 +158,7 @@ impl WebView {
     pub fn with_base_color(mut self, base_color: WebBaseColor) -> Self {
         if self.shows_material {
             self.program.defines.insert(TEXTURED.to_owned(), 1);
+            self.cost.fetches += WebBaseColor::FETCHES;
             self.textures.extend(base_color.textures);
             self.blocks.extend(base_color.blocks);
         }

@@ -17,9 +17,9 @@ use super::layouts::{
     BACKGROUND, BASE_COLOR, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, TABLE, TEXTURE, TURNED_LIGHT, common,
     mode_files,
 };
+use crate::Mode;
 use crate::shading::material::{self, all_models};
 use crate::shading::shadows::NO_SHADOWS;
-use crate::Mode;
 use crate::web::elements::ARRAYS;
 use crate::web::{ELEMENTS, program};
 
@@ -297,7 +297,10 @@ fn a_program_has_all_that_it_calls_and_nothing_else() {
             let (known, mentions) =
                 (declared.contains(name), words(&text).filter(|word| word == name).count());
             // Local variables have the names of some uniforms.
-            assert!(if known { mentions > 1 } else { !text.contains(&format!(" {name}(")) }, "{names:?}: {name}");
+            assert!(
+                if known { mentions > 1 } else { !text.contains(&format!(" {name}(")) },
+                "{names:?}: {name}"
+            );
         }
         text
     };

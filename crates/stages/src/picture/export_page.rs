@@ -125,7 +125,7 @@ impl Kind for ExportPage {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-page";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,

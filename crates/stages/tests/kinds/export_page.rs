@@ -61,7 +61,10 @@ fn a_page_has_every_form_and_all_that_it_refers_to() {
         assert!(shader.contains("void main()"));
         let defines = view["defines"].as_object().unwrap();
         for name in defines.keys() {
-            assert!(shader.contains(&format!("({name})")) || shader.contains(&format!("#ifdef {name}\n")), "{name}");
+            assert!(
+                shader.contains(&format!("({name})")) || shader.contains(&format!("#ifdef {name}\n")),
+                "{name}"
+            );
         }
         if view["functions"].is_u64() {
             shader += std::str::from_utf8(&blob(&page, &view["functions"])).unwrap();
