@@ -106,7 +106,7 @@ parameters! {
 }
 
 /// The bytes of a page beside its textures, shaders, meshes and pictures, and the most of a picture.
-const PAGE_BYTES: usize = 120_000;
+const PAGE_BYTES: usize = 95_000;
 const PICTURE_BYTES: usize = 50_000;
 
 /// The part of a page that its skies take at most, unless they have few rows, and these.
