@@ -9,7 +9,7 @@ use std::sync::Arc;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use half::f16;
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use preview::web::{WebBaseColor, WebTexels, WebTexture, WebTransfer, WebView};
+use preview::web::{WebBaseColor, WebProgram, WebTexels, WebTexture, WebTransfer, WebView};
 use serde::Serialize;
 
 /// The error in stops of texels with a common exponent, within which 99 % have to be.
@@ -20,14 +20,14 @@ const SPARE_BITS: u16 = 3;
 
 /// A binary part of numbers: its place, the bytes of each, and the components that take turns.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Numbers {
+pub(crate) struct Numbers {
     blob: usize,
     words: [usize; 2],
 }
 
 /// A texture of the page.
 #[derive(Clone, Debug, Serialize)]
-pub struct TextureEntry {
+pub(crate) struct TextureEntry {
     #[serde(flatten)]
     numbers: Numbers,
     format: &'static str,
@@ -36,24 +36,41 @@ pub struct TextureEntry {
     linear: bool,
 }
 
+/// The shaders of a program: the blobs of their texts, and what is defined before both.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct ProgramEntry {
+    vertex: usize,
+    fragment: usize,
+    defines: BTreeMap<String, usize>,
+    /// The blob of functions that follow the fragment shader.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    functions: Option<usize>,
+}
+
 /// The shaders, the textures and the uniforms of a view.
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewEntry {
-    /// The blob of the vertex shader, if it is not that of most views.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    vertex: Option<usize>,
-    fragment: usize,
-    /// The blob of the fragment shader that reads the texture of a base colour, if the page has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    textured: Option<usize>,
+    #[serde(flatten)]
+    program: ProgramEntry,
+    /// Whether it shows the material, and thus the texture of its base colour if there is one.
+    shows_material: bool,
     #[serde(flatten)]
     read: ReadEntry,
     uniforms: BTreeMap<&'static str, f64>,
 }
 
+/// The texture of a base colour.
+#[derive(Clone, Debug, Serialize)]
+pub struct BaseColorEntry {
+    #[serde(flatten)]
+    read: ReadEntry,
+    /// The texels of it that a pixel reads.
+    fetches: usize,
+}
+
 /// The textures and the uniform blocks that a shader reads.
 #[derive(Clone, Debug, Serialize)]
-pub struct ReadEntry {
+struct ReadEntry {
     textures: BTreeMap<&'static str, TextureEntry>,
     blocks: BTreeMap<&'static str, Numbers>,
 }
@@ -155,16 +172,24 @@ impl Blobs {
 
     /// Adds what a view reads, and its shaders.
     pub fn view(&mut self, view: WebView) -> ViewEntry {
-        let read = self.read(view.textures, view.blocks);
-        let vertex = view.vertex.map(|text| self.add(text.as_bytes()));
-        let fragment = self.add(view.fragment.as_bytes());
-        let textured = view.textured.map(|text| self.add(text.as_bytes()));
-        ViewEntry { vertex, fragment, textured, read, uniforms: view.uniforms.into_iter().collect() }
+        let WebView { program, shows_material, textures, blocks, uniforms, .. } = view;
+        let read = self.read(textures, blocks);
+        let program = self.program(program);
+        ViewEntry { program, shows_material, read, uniforms: uniforms.into_iter().collect() }
+    }
+
+    /// Adds the shaders of a program.
+    pub(crate) fn program(&mut self, program: WebProgram) -> ProgramEntry {
+        let WebProgram { vertex, fragment, defines, functions } = program;
+        let functions = (!functions.is_empty()).then(|| self.add(functions.as_bytes()));
+        let [vertex, fragment] = [vertex, fragment].map(|text| self.add(text.as_bytes()));
+        ProgramEntry { vertex, fragment, defines, functions }
     }
 
     /// Adds the texture of a base colour.
-    pub fn base_color(&mut self, base_color: WebBaseColor) -> ReadEntry {
-        self.read(base_color.textures, base_color.blocks)
+    pub fn base_color(&mut self, base_color: WebBaseColor) -> BaseColorEntry {
+        let read = self.read(base_color.textures, base_color.blocks);
+        BaseColorEntry { read, fetches: WebBaseColor::FETCHES }
     }
 
     /// Adds the vectors of a part of a mesh.

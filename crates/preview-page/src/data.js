@@ -101,71 +101,12 @@ const NUMBERS = {
     exposure: { start: 0, least: -6, most: 6 },
 };
 
-/**
- * What the page shows of a state's subject, or undefined while a server has not sent it.
- *
- * Its `views` are those of the material under the environment, which may be none. `parts` loads the entries
- * of mesh and sky, and `view` what each part of the mesh is drawn with in a view.
- */
-function sceneOf(state) {
-    if (data.is_live) return sentScene(state);
-    const place = (field) => CHOICES[field].indexOf(state[field]);
-    const [material, environment, mesh] = ['material', 'environment', 'mesh'].map(place);
-    const pairOf = (material) => {
-        return data.pairs.find((pair) => pair.material === material && pair.environment === environment);
-    };
-    const chosen = pairOf(material);
-    // If the material is one of the mesh's own, each part has its own, as far as the page has it.
-    const { parts } = data.meshes[mesh];
-    const isOwn = parts.some((part) => part.material === material);
-    const pairs = parts.map((part) => (isOwn && pairOf(part.material)) || chosen);
-    return {
-        number: 0,
-        exposure: data.environments[environment].exposure,
-        views: (chosen?.views ?? []).filter(({ mode }) => !isTransfer(mode) || parts.some(({ transfer }) => transfer)),
-        notes: [],
-        parts: async () => ({
-            mesh: withCoordinates(data.meshes[mesh], pairs.map((pair) => pair?.material)),
-            sky: data.skies[environment],
-        }),
-        view: async (view) => parts.map((part, i) => {
-            if (isTransfer(view.mode)) return withTransfer(view, part.transfer);
-            const { material, views, base_color } = pairs[i];
-            const own = views.find(({ mode }) => mode === view.mode);
-            return own && part.coordinates[material] ? withBaseColor(own, base_color) : own ?? view;
-        }),
-    };
-}
-
 /** The mesh whose parts have their coordinates in the textures of these materials, if there are any. */
 function withCoordinates(mesh, materials) {
     const parts = mesh.parts.map(({ coordinates, ...part }, i) => {
         return { ...part, coordinates: coordinates[materials[i]] };
     });
     return { ...mesh, parts };
-}
-
-/** A view with the texture of a base colour, if its form shows the material. */
-function withBaseColor(view, { textures, blocks }) {
-    if (view.textured === undefined) return view;
-    return {
-        ...view,
-        fragment: view.textured,
-        textures: { ...view.textures, ...textures },
-        blocks: { ...view.blocks, ...blocks },
-    };
-}
-
-/** Whether a form is the transfer of meshes, which only some have. */
-const isTransfer = (mode) => data.modes[mode].name === 'transfer';
-
-/** A view with the vectors of a part of a mesh. */
-function withTransfer(view, { textures, uniforms }) {
-    return {
-        ...view,
-        textures: { ...view.textures, ...textures },
-        uniforms: { ...view.uniforms, ...uniforms },
-    };
 }
 
 const viewsOf = (state) => sceneOf(state)?.views ?? [];

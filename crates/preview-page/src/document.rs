@@ -1,11 +1,11 @@
 //! The text of a page: its data as JSON, and the HTML around them.
 
 use containers::{escape_html, recipe_element};
-use preview::web;
+use preview::web::{self, WebProgram};
 use serde::Serialize;
 
 use crate::Form;
-use crate::blobs::{Blobs, ReadEntry, ViewEntry};
+use crate::blobs::{BaseColorEntry, Blobs, ProgramEntry, ViewEntry};
 use crate::mesh_entry::MeshEntry;
 
 /// Everything that a page shows.
@@ -14,8 +14,6 @@ pub struct Document {
     /// The version of these data.
     schema: u32,
     title: String,
-    /// Whether a server sends what is shown; then the lists below are empty at first.
-    is_live: bool,
     /// The environments.
     pub environments: Vec<EnvironmentEntry>,
     /// What the background reads, of each environment.
@@ -25,20 +23,13 @@ pub struct Document {
     /// The meshes.
     pub meshes: Vec<MeshEntry>,
     modes: Vec<ModeEntry>,
-    vertex: usize,
-    background: ProgramEntry,
+    /// Draws the depth of meshes alone, so that nothing is shaded that others hide.
+    depth: ProgramEntry,
     difference: ProgramEntry,
     /// The materials under environments.
     pub pairs: Vec<PairEntry>,
     /// What the page is too small for.
     pub left_out: Vec<String>,
-}
-
-/// The shaders of a program, by their places.
-#[derive(Debug, Default, Serialize)]
-struct ProgramEntry {
-    vertex: usize,
-    fragment: usize,
 }
 
 /// An environment.
@@ -72,7 +63,7 @@ pub struct PairEntry {
     environment: usize,
     material: usize,
     /// The texture of the material's base colour, for the parts of meshes that show it.
-    pub base_color: Option<ReadEntry>,
+    pub base_color: Option<BaseColorEntry>,
     /// The forms that the page has of it.
     pub views: Vec<FormEntry>,
 }
@@ -117,21 +108,18 @@ impl FormEntry {
 impl Document {
     /// A page with the shaders that every page has.
     pub fn new(title: &str, blobs: &mut Blobs) -> Self {
-        let mut add = |text: &str| blobs.add(text.as_bytes());
-        let sky = add(web::SKY_VERTEX);
         Self {
             schema: 1,
             title: title.to_owned(),
-            vertex: add(web::MESH_VERTEX),
-            background: ProgramEntry { vertex: sky, fragment: add(web::SKY_FRAGMENT) },
-            difference: ProgramEntry { vertex: sky, fragment: add(web::DIFFERENCE_FRAGMENT) },
+            depth: blobs.program(WebProgram::depth()),
+            difference: blobs.program(WebProgram::difference()),
             ..Self::default()
         }
     }
 
-    /// A page that shows what a server sends, in any form.
+    /// A page that shows what a server sends, in any form. Its other lists are empty at first.
     pub(crate) fn live(title: &str, blobs: &mut Blobs) -> Self {
-        let mut document = Self { is_live: true, ..Self::new(title, blobs) };
+        let mut document = Self::new(title, blobs);
         for form in Form::ALL {
             document.form(form);
         }
@@ -169,14 +157,14 @@ impl Document {
             ("TITLE", escape_html(&self.title)),
             ("RECIPE", recipe_element(recipe)),
             ("STYLE", format!("<style>\n{STYLE}</style>")),
-            ("SCRIPT", format!("<script>\n{}</script>", script())),
+            ("SCRIPT", format!("<script>\n{}</script>", script(&[include_str!("file.js")]))),
             ("FALLBACK", pictures.to_owned()),
             ("DATA", self.json()?),
             ("BLOBS", blobs.elements()),
         ]))
     }
 
-    /// The page that a server sends: its style and script are files beside it, [`STYLE`] and [`script`].
+    /// The page that a server sends: its style and script are files beside it, [`STYLE`] and [`served_script`].
     ///
     /// # Errors
     /// If a number of the document is not finite.
@@ -202,18 +190,20 @@ impl Document {
 /// The style of a page.
 pub(crate) const STYLE: &str = include_str!("page.css");
 
-/// The script of a page.
-pub(crate) fn script() -> String {
-    let parts = [
+/// The script of a page that a server sends.
+pub(crate) fn served_script() -> String {
+    script(&[include_str!("live.js"), include_str!("editor.js")])
+}
+
+/// The script of a page, with the parts that say where it has what it shows from.
+fn script(source: &[&str]) -> String {
+    let common = [
         include_str!("data.js"),
         include_str!("camera.js"),
         include_str!("renderer.js"),
         include_str!("interface.js"),
-        include_str!("live.js"),
-        include_str!("editor.js"),
-        include_str!("start.js"),
     ];
-    parts.concat()
+    [&common, source, &[include_str!("start.js")]].concat().concat()
 }
 
 /// The template with its parts.
@@ -243,6 +233,7 @@ mod tests {
         for page in [&file, &served] {
             assert!(!page.contains("{{") && !page.contains("}}") && page.contains("a &lt; b"));
         }
+        assert!(file.contains("function sceneOf(") && !file.contains("EventSource"), "it has no server");
         for (part, is_in_file) in
             [("<style>", true), ("'use strict'", true), ("blob-0", true), ("page.js", false)]
         {

@@ -76,7 +76,7 @@ async function load() {
             }),
             isDifference: isDifference(),
         });
-        if (data.is_live && loaded.isGone) goneScene = scene;
+        if (loaded.isGone) goneScene = scene;
         if (loader !== renderer || scene === goneScene) continue;
         picture = { ...loaded, key, exposure: scene.exposure, number: scene.number };
         turnBack(scene);

@@ -10,7 +10,7 @@ mod form;
 mod mesh_entry;
 mod server;
 
-pub use blobs::{Blobs, Numbers, ReadEntry, TextureEntry, ViewEntry};
+pub use blobs::{BaseColorEntry, Blobs, ViewEntry};
 pub use document::{Document, EnvironmentEntry, FormEntry, FormError, PairEntry};
 pub use form::Form;
 pub use mesh_entry::{MeshEntry, MeshPart};

@@ -5,7 +5,7 @@ const SUBJECT = ['material', 'environment', 'mesh'];
 const LOST = 'The connection to the server is lost; trying again.';
 const ENDED = 'The server has ended.';
 
-let catalog = null; // the names that there are; null before the first, and in a page without a server
+let catalog = null; // the names that there are; null before the first
 let chosen = {}; // what the server chooses with the next catalog
 let wanted = {}; // the subject chosen last; if the catalog lacks it, the state has the nearest instead
 let asked = []; // the fields of it that were chosen last
@@ -103,8 +103,8 @@ function whyReplaced({ material, environment }) {
 
 // ---- the scene
 
-/** The scene that the server has sent of a state's subject. */
-function sentScene(state) {
+/** The scene of a state's subject, as file.js has it, or undefined while the server has not sent it. */
+function sceneOf(state) {
     return sent && SUBJECT.every((field) => sent[field] === state[field]) ? sent : undefined;
 }
 
@@ -175,7 +175,7 @@ const EVENTS = {
     choose: (said) => { chosen = named(said); },
     scene: (said) => {
         const isOfState = SUBJECT.every((field) => said[field] === state[field]);
-        if (!isOfState && sentScene(state)) return;
+        if (!isOfState && sceneOf(state)) return;
         sent = makeScene(said);
         if (isOfState) followForms();
     },

@@ -11,8 +11,6 @@ const FORMATS = {
     r32ui: { internal: 'R32UI', format: 'RED_INTEGER', type: 'UNSIGNED_INT', Texels: Uint32Array, bytes: 4 },
 };
 
-const DEPTH_FRAGMENT = '#version 300 es\nvoid main() {}\n';
-
 /** The bytes of textures that are kept although the picture does not need them, and the number of meshes. */
 const TEXTURE_BUDGET = 256 * 2 ** 20;
 const MESH_BUDGET = 8;
@@ -88,16 +86,16 @@ class Renderer {
 
     // ---- programs
 
-    /** The program of two blobs of GLSL. */
-    program(vertex, fragment) {
-        const texts = () => Promise.all([textBlob(vertex), textBlob(fragment)]);
-        return kept(this.programs, `${vertex}/${fragment}`, () => this.buildProgram(texts()));
-    }
-
-    /** The program that draws the depth of meshes alone, so that nothing is shaded that others hide. */
-    depthProgram() {
-        const texts = () => Promise.all([textBlob(data.vertex), DEPTH_FRAGMENT]);
-        return kept(this.programs, 'depth', () => this.buildProgram(texts()));
+    /** The program of blobs of GLSL, with what is defined before them. */
+    program({ vertex, fragment, functions, defines }) {
+        const head = Object.entries(defines).map(([name, value]) => `#define ${name} ${value}\n`);
+        const source = async (...blobs) => {
+            const texts = await Promise.all(blobs.filter((index) => index !== undefined).map(textBlob));
+            return ['#version 300 es\n', ...head, ...texts].join('');
+        };
+        const key = [vertex, fragment, functions, ...head].join();
+        const sources = () => Promise.all([source(vertex), source(fragment, functions)]);
+        return kept(this.programs, key, () => this.buildProgram(sources()));
     }
 
     async buildProgram(texts) {
@@ -283,10 +281,11 @@ class Renderer {
     // ---- frames
 
     /** A program with what it reads. */
-    async pass({ vertex, fragment }, { textures, blocks, uniforms }) {
+    async pass(said) {
+        const { textures, blocks, uniforms } = said;
         const [names, blockNames] = [textures, blocks].map(Object.keys);
         const [program, contents, ...made] = await Promise.all([
-            this.program(vertex, fragment),
+            this.program(said),
             Promise.all(blockNames.map((name) => numbersBlob(blocks[name]))),
             ...names.map((name) => this.texture(textures[name])),
         ]);
@@ -311,16 +310,13 @@ class Renderer {
             isGone ||= error.isGone;
             return null;
         });
-        const { background } = data;
-        const difference = { vertex: background.vertex, fragment: data.difference.fragment };
         const [loadedMesh, depth, skyPass, differenceProgram, ...sides] = await Promise.all([
             attempt('mesh', mesh.then((said) => this.mesh(said))),
-            attempt('depth', this.depthProgram()),
-            sky && attempt('background', sky.then((said) => this.pass(background, said))),
-            isDifference ? attempt('difference', this.program(difference.vertex, difference.fragment)) : null,
+            attempt('depth', this.program(data.depth)),
+            sky && attempt('background', sky.then((said) => this.pass(said))),
+            isDifference ? attempt('difference', this.program(data.difference)) : null,
             ...views.map(({ label, view }) => attempt(label, view.then((parts) => {
-                const programOf = ({ vertex = data.vertex, fragment }) => ({ vertex, fragment });
-                return Promise.all(parts.map((said) => this.pass(programOf(said), said)));
+                return Promise.all(parts.map((said) => this.pass(said)));
             }))),
         ]);
         await this.trimTextures([skyPass, ...sides.flat()].filter(Boolean));
@@ -371,7 +367,7 @@ class Renderer {
         }
         this.clear(null, [...grey, 1]);
         if (!mesh || !differenceProgram || sides.includes(null)) return;
-        const textures = { first, second };
+        const textures = { first_picture: first, second_picture: second };
         this.drawScreen({ program: differenceProgram, textures, blocks: {}, uniforms: {} }, page);
     }
 

@@ -22,7 +22,7 @@ function start() {
     element('viewer').hidden = false;
     connectControls();
     set(readFragment(location.hash));
-    if (data.is_live) connect();
+    connect();
     followSize();
     return '';
 }

@@ -2,18 +2,17 @@
 //! and the textures that they read.
 //!
 //! The files `web/*.glsl` are translations of `shading/*.wgsl` by naga, which a test of the feature `gpu`
-//! makes anew and compares (`gpu/web_shaders.rs`; `UPDATE_EXPECT=1` writes them). WebGL 2 has no storage
-//! buffers: their elements are in uniform blocks or textures (`web/elements.rs`). A compact map is looked up
-//! as in engines, by [`taps::LookUp`]: with the filters of the device, whose weights have eight bits, and a
-//! third of the code.
+//! makes anew and compares (`gpu/web_shaders.rs`; `UPDATE_EXPECT=1` writes them). One fragment shader has all
+//! modes and all models of materials; what a program has of it is decided by the preprocessor
+//! ([`WebProgram`]). WebGL 2 has no storage buffers: their elements are in uniform blocks or textures
+//! (`web/elements.rs`). A compact map is looked up as in engines, by [`taps::LookUp`]: with the filters of
+//! the device, whose weights have eight bits, and a third of the code.
 
 mod base_color;
-mod elements;
-mod specialised;
+pub(crate) mod elements;
+pub(crate) mod program;
 mod texture;
 mod transfer;
-
-use std::collections::BTreeSet;
 
 use brdf::BrdfTable;
 use envmap::CubeMap;
@@ -22,7 +21,8 @@ use taps::{AnyTable, Language, LookUp, Source, atlas_picture, facet_texels, tabl
 
 pub use self::base_color::WebBaseColor;
 use self::elements::{Elements, Place};
-use self::specialised::specialised;
+pub use self::program::WebProgram;
+use self::program::{MODES, TEXTURED, vectors_name};
 #[cfg(test)]
 #[cfg(feature = "gpu")]
 pub(crate) use self::texture::ELEMENTS;
@@ -37,31 +37,6 @@ use crate::shading::material::PackedMaterial;
 use crate::shading::table::TableUniforms;
 use crate::shading::turned_light::MAX_DEGREE;
 use crate::{CompactMap, Light, Look, Mode, RenderError};
-
-/// The vertex shader of meshes.
-pub const MESH_VERTEX: &str = include_str!("web/mesh.vert.glsl");
-/// The vertex shader of the sky and of differences, for three vertices without attributes.
-pub const SKY_VERTEX: &str = include_str!("web/sky.vert.glsl");
-/// The fragment shader of the sky.
-pub const SKY_FRAGMENT: &str = include_str!("web/sky.frag.glsl");
-/// The fragment shader of the difference of two pictures.
-pub const DIFFERENCE_FRAGMENT: &str = include_str!("web/difference.frag.glsl");
-
-/// The fragment shader of a mode for every model; `None` of modes that a page does not draw.
-pub(crate) fn fragment(mode: Mode) -> Option<&'static str> {
-    Some(match mode {
-        Mode::LocalShrm => include_str!("web/local-shrm.frag.glsl"),
-        Mode::Cabral => include_str!("web/cabral.frag.glsl"),
-        Mode::KautzMcCool => include_str!("web/kautz-mccool.frag.glsl"),
-        Mode::Prefiltered => include_str!("web/prefiltered.frag.glsl"),
-        Mode::Irradiance => include_str!("web/irradiance.frag.glsl"),
-        Mode::Mirror => include_str!("web/mirror.frag.glsl"),
-        Mode::Taps => include_str!("web/taps.frag.glsl"),
-        Mode::Table => include_str!("web/table.frag.glsl"),
-        Mode::GlobalShrm | Mode::BruteForce | Mode::ShadowedBruteForce => return None,
-        Mode::Transfer | Mode::Samples => return None,
-    })
-}
 
 /// What a pixel of a mode costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,13 +58,10 @@ impl Cost {
 /// What a mode's shader reads of a look, beside the camera and the exposure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WebView {
-    /// The vertex shader; `None` if it is [`MESH_VERTEX`].
-    pub vertex: Option<String>,
-    /// The fragment shader, for the models of the lights' material alone.
-    pub fragment: String,
-    /// The fragment shader that reads the texture of the base colour ([`WebBaseColor`]) too; `None` if the
-    /// mode does not show the material.
-    pub textured: Option<String>,
+    /// The shaders, for the models of the lights' material alone.
+    pub program: WebProgram,
+    /// Whether the mode shows the material, and thus the texture of its base colour ([`WebBaseColor`]).
+    pub shows_material: bool,
     /// What a pixel costs.
     pub cost: Cost,
     /// The textures.
@@ -110,8 +82,9 @@ impl WebView {
         if mode == Mode::Transfer {
             return Ok(Some(Self::matte_transfer(look.light())));
         }
-        let Some(shader) = fragment(mode) else { return Ok(None) };
-        let mut shader = shader.to_owned();
+        if !MODES.contains(&mode) {
+            return Ok(None);
+        }
         let mut view = match mode {
             Mode::Mirror => Self::sky(look.light()),
             Mode::Irradiance => {
@@ -136,58 +109,56 @@ impl WebView {
                 None => return Ok(None),
             },
         };
+        view.program = WebProgram::of_mode(mode);
+        view.shows_material = mode.shows_material();
         if matches!(mode, Mode::LocalShrm | Mode::Irradiance) {
             let degree = view.uniforms.iter().find(|(name, _)| *name == "map_uniforms.degree");
             let degree = degree.map_or(2, |(_, degree)| *degree as usize);
             let constants = Harmonics::new(degree).constants();
             let constants: Vec<_> = constants.iter().map(|[a, b]| [*a, *b, 0.0, 0.0]).collect();
-            shader = view.holding(Elements::Vectors(&constants), &shader, "harmonics_constants");
+            view.hold(Elements::Vectors(&constants), "harmonics_constants");
         }
         if let (Mode::Table, Some(table)) = (mode, look.table()) {
             let light = look.table_light();
             let [light, quarter_turns] = turned_elements(light, light.degree().min(table.degree()));
-            shader = view.holding(Elements::Vectors(&light), &shader, "table_light");
-            shader = view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns");
+            view.hold(Elements::Vectors(&light), "table_light");
+            view.hold(Elements::Vectors(&quarter_turns), "quarter_turns");
         }
         let lamps = match mode {
             Mode::Taps => Some(PackedLamps::beside(look.compact_map()?)),
             mode if mode.adds_lamps() => Some(PackedLamps::beside_map(look, mode)),
             _ => None,
         };
-        let mut models = BTreeSet::new();
         if let Some(lamps) = lamps {
             view.cost.lights = lamps.count() as usize;
-            models = lamps.material().map(PackedMaterial::models).unwrap_or_default();
+            view.program.define_models(&lamps.material().map(PackedMaterial::models).unwrap_or_default());
             let material = PackedMaterial::new(lamps.material())?;
-            shader = view.holding(Elements::Vectors(lamps.elements()), &shader, "lamps");
-            shader = view.holding(Elements::Words(material.words()), &shader, "material");
+            view.hold(Elements::Vectors(lamps.elements()), "lamps");
+            view.hold(Elements::Words(material.words()), "material");
         }
         if mode == Mode::Taps {
-            shader = with_look_up(&shader, look.compact_map()?);
+            view.program.functions = look_up(look.compact_map()?);
         }
-        if mode.shows_material() {
-            view.textured = Some(specialised(&shader, &models));
-            shader = replaced(&shader, "vec3 mesh_radiance(", UNTEXTURED);
-        }
-        view.fragment = specialised(&shader, &models);
         Ok(Some(view))
     }
 
-    /// Adds elements, and returns the shader that reads them from where they are.
-    fn holding(&mut self, elements: Elements<'_>, shader: &str, name: &'static str) -> String {
-        let (shader, place) = elements.placed(shader, name);
-        match place {
-            Place::Block(words) => self.blocks.push((name, words)),
+    /// Adds the elements of an array.
+    fn hold(&mut self, elements: Elements<'_>, array: &'static str) {
+        match elements.placed(array) {
+            Place::Block(words) => {
+                self.program.defines.insert(vectors_name(array), words.len() / 4);
+                self.blocks.push((array, words));
+            }
             Place::Texture(texture) => self.textures.push(texture),
         }
-        shader
     }
 
     /// This view with the texture of the material's base colour; unchanged if its mode shows no material.
     #[must_use]
     pub fn with_base_color(mut self, base_color: WebBaseColor) -> Self {
-        if let Some(textured) = self.textured.take() {
-            self.fragment = textured;
+        if self.shows_material {
+            self.program.defines.insert(TEXTURED.to_owned(), 1);
+            self.cost.fetches += WebBaseColor::FETCHES;
             self.textures.extend(base_color.textures);
             self.blocks.extend(base_color.blocks);
         }
@@ -206,7 +177,7 @@ impl WebView {
             texels,
         };
         let cost = Cost { fetches: 4, lights: 0 };
-        Self { textures: vec![map], cost, fragment: SKY_FRAGMENT.to_owned(), ..Self::default() }
+        Self { program: WebProgram::sky(), textures: vec![map], cost, ..Self::default() }
     }
 
     /// The textures of a compact map, for the look-up that engines have.
@@ -277,13 +248,13 @@ impl WebView {
         let light = light.lighting();
         let degree = light.degree().min(Degree::new(MAX_DEGREE).unwrap_or(light.degree()));
         let mut view = Self {
-            fragment: transfer::FRAGMENT.to_owned(),
+            program: WebProgram::transfer(),
             uniforms: vec![("transfer_uniforms.light_rows", degree.rows() as f64)],
             ..Self::default()
         };
         let [light, quarter_turns] = turned_elements(light, degree);
-        let shader = view.holding(Elements::Vectors(&light), transfer::VERTEX, "transfer_light");
-        view.vertex = Some(view.holding(Elements::Vectors(&quarter_turns), &shader, "quarter_turns"));
+        view.hold(Elements::Vectors(&light), "transfer_light");
+        view.hold(Elements::Vectors(&quarter_turns), "quarter_turns");
         view
     }
 
@@ -324,8 +295,8 @@ pub fn shows_table(look: &Look) -> bool {
     !look.has_near_light() && look.table().is_some_and(|table| can(table))
 }
 
-/// The shader of taps with the look-up of a compact map.
-fn with_look_up(shader: &str, map: &CompactMap) -> String {
+/// The functions with which the shader looks up a compact map.
+fn look_up(map: &CompactMap) -> String {
     let table = map.taps.table();
     let look_up = LookUp {
         language: Language::Glsl,
@@ -342,20 +313,8 @@ fn with_look_up(shader: &str, map: &CompactMap) -> String {
         AnyTable::Angle(_) => "surface.normal, surface.view",
         AnyTable::View(_) => "surface.normal, surface.tangent, surface.view",
     };
-    let own = format!(
+    format!(
         "{}\nvec3 taps_radiance(Surface surface) {{\n    return tap_reflected({arguments});\n}}\n",
         look_up.text()
-    );
-    replaced(shader, "vec3 taps_radiance(", &own)
-}
-
-/// What a surface without a texture shows: the radiance by the base colour of its material.
-const UNTEXTURED: &str = "vec3 mesh_radiance(PageVertex at, Surface surface, vec3 radiance) {\n    \
-                          return radiance;\n}\n";
-
-/// The shader with a function in place of the one that begins so.
-fn replaced(shader: &str, beginning: &str, function: &str) -> String {
-    let (before, rest) = shader.split_once(beginning).unwrap_or((shader, ""));
-    let (_, after) = rest.split_once("\n}\n").unwrap_or_default();
-    [before, function, after].concat()
+    )
 }

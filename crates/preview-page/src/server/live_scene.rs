@@ -124,12 +124,12 @@ impl LiveScene {
             };
             let view = look.and_then(|look| WebView::of(&look, form.mode()));
             let view = view.map_err(|error| error.to_string())?.ok_or("a page cannot draw this form")?;
-            cost = cost.most(view.cost);
             let base_color = object.mesh.coordinates().and(WebBaseColor::of(&object.look, LONGEST_SIDE));
             let view = match base_color {
                 Some(base_color) => view.with_base_color(base_color),
-                None => WebView { textured: None, ..view },
+                None => view,
             };
+            cost = cost.most(view.cost);
             parts.push(blobs.lock().view(view));
         }
         let Cost { fetches, lights } = cost;

@@ -17,7 +17,7 @@ use super::live_scene::{KeptSky, LiveScene};
 use super::response::Response;
 use super::uploads::Uploads;
 use crate::blobs::Blobs;
-use crate::document::{STYLE, script};
+use crate::document::{STYLE, served_script};
 use crate::{Document, Form};
 
 /// The bytes of packed textures that are kept for browsers that load them again. If there are more, all are
@@ -220,7 +220,7 @@ impl Session {
                 Err(error) => Response::failed(&error.to_string()),
             },
             "page.css" => Response::file("text/css; charset=utf-8", STYLE),
-            "page.js" => Response::file("text/javascript; charset=utf-8", &script()),
+            "page.js" => Response::file("text/javascript; charset=utf-8", &served_script()),
             _ => match path.split_once('/') {
                 Some(("blob", place)) => {
                     let packed = place.parse().ok().and_then(|place| self.blobs.lock().packed(place));

@@ -1,6 +1,8 @@
 //! Translates the shaders of [`crate::web`] to GLSL for WebGL 2, and compares them with its files.
 
-use std::collections::BTreeSet;
+mod conditions;
+
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use wgpu::naga::back::glsl;
@@ -10,69 +12,84 @@ use wgpu::naga::proc::BoundsCheckPolicies;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{AddressSpace, ShaderStage};
 
+use self::conditions::{NamedCases, with_conditions, words};
 use super::layouts::{
     BACKGROUND, BASE_COLOR, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, TABLE, TEXTURE, TURNED_LIGHT, common,
     mode_files,
 };
+use crate::Mode;
 use crate::shading::material::{self, all_models};
 use crate::shading::shadows::NO_SHADOWS;
-use crate::{Mode, web};
+use crate::web::elements::ARRAYS;
+use crate::web::{ELEMENTS, program};
 
 const PAGE: &str = include_str!("../web/page.wgsl");
 const TAPS: &str = include_str!("../web/taps.wgsl");
 const TABLE_MAP: &str = include_str!("../web/table.wgsl");
 const TRANSFER: &str = include_str!("../web/transfer.wgsl");
-const MESH: &str = include_str!("../web/mesh.wgsl");
-const TEXTURED: &str = include_str!("../web/textured.wgsl");
+const FRAGMENT: &str = include_str!("../web/fragment.wgsl");
 
-/// What a mode shows if it shows no material.
-const UNTEXTURED: &str = "fn mesh_radiance(at: PageVertex, surface: Surface, radiance: vec3f) -> vec3f { \
-                          return radiance; }\n";
+/// Arrays that are always in textures.
+const IN_TEXTURES: [&str; 2] = ["texture_texels", "transfer_vectors"];
 
 /// A shader: its file, its entry point, and its text in WGSL.
 struct WebShader {
-    file: String,
+    file: &'static str,
     entry: &'static str,
     source: String,
 }
 
-fn shaders() -> Vec<WebShader> {
+fn shaders() -> [WebShader; 5] {
     let common = common();
-    let of = |file: &str, entry, files: &[&str]| WebShader {
-        file: file.to_owned(),
+    let of = |file, entry, files: &[&str]| WebShader {
+        file,
         entry,
         source: [&[common.as_str(), DEVELOP], files, &[PAGE]].concat().concat(),
     };
-    let mut shaders = vec![
+    [
         of("mesh.vert", "mesh_vertex", &[]),
         of("sky.vert", "sky_vertex", &[]),
-        of("sky.frag", "sky_fragment", &[BACKGROUND, include_str!("../web/sky.wgsl")]),
         of("transfer.vert", "transfer_vertex", &[TURNED_LIGHT, TRANSFER]),
         of("transfer.frag", "transfer_fragment", &[TURNED_LIGHT, TRANSFER]),
-        of("difference.frag", "difference_fragment", &[DIFFERENCE, include_str!("../web/difference.wgsl")]),
-    ];
-    for mode in Mode::ALL.into_iter().filter(|mode| web::fragment(*mode).is_some()) {
-        let (files, value) = match mode {
-            // The look-up of a compact map takes the place of this function.
-            Mode::Taps => (
-                [&material::shader(&all_models()), NO_SHADOWS, LAMPS, TAPS].concat(),
-                "lamps_added(surface, taps_radiance(surface))",
-            ),
-            Mode::Table => (
-                [&material::shader(&all_models()), NO_SHADOWS, LAMPS, TURNED_LIGHT, TABLE, TABLE_MAP]
-                    .concat(),
-                "lamps_added(surface, table_reflected(surface))",
-            ),
+        of("page.frag", "page_fragment", &[&fragment_files()]),
+    ]
+}
+
+/// The files of all modes, each once, and the function that chooses one.
+fn fragment_files() -> String {
+    let material = material::shader(&all_models());
+    // What modes share; other groups, since a shader has the bindings of all of them.
+    let texture = TEXTURE.replace("@group(1)", "@group(4)");
+    let table = TABLE_MAP.replace("@group(1)", "@group(5)");
+    let shared = [HARMONICS, &material, NO_SHADOWS, LAMPS, &texture, BASE_COLOR, TURNED_LIGHT].concat();
+    let mut files = [&shared, BACKGROUND, DIFFERENCE, TABLE, &table].concat();
+    let mut cases = String::new();
+    for (case, mode) in program::MODES.into_iter().enumerate() {
+        let (own, value) = match mode {
+            // The look-up of a compact map is the page's.
+            Mode::Taps => (TAPS.to_owned(), "lamps_added(surface, taps_radiance(surface))"),
+            Mode::Table => (String::new(), "lamps_added(surface, table_reflected(surface))"),
             mode => mode_files(mode, &all_models()),
         };
-        let one = format!("fn shade_mode(surface: Surface) -> vec3f {{ return {value}; }}\n");
-        // A map has the bindings of the texture, too.
-        let texture = [&TEXTURE.replace("@group(1)", "@group(4)"), BASE_COLOR, TEXTURED].concat();
-        let shown = if mode.shows_material() { &texture } else { UNTEXTURED };
-        let files = [HARMONICS, &files, &one, shown, MESH];
-        shaders.push(of(&format!("{}.frag", mode.name()), "mesh_fragment", &files));
+        files += own.strip_prefix(&[&material, NO_SHADOWS, LAMPS].concat()).unwrap_or(&own);
+        cases += &format!("        case {case}u: {{ return {value}; }}\n");
     }
-    shaders
+    let choice = format!(
+        "fn shade_mode(surface: Surface) -> vec3f {{\n    switch MODE {{\n{cases}        \
+         default: {{ return vec3f(); }}\n    }}\n}}\n"
+    );
+    files + &choice + FRAGMENT
+}
+
+/// The switches whose cases programs choose.
+fn switches() -> [NamedCases; 4] {
+    let of = |selector, names| NamedCases { selector, names };
+    [
+        of("SHOWN", program::SHOWN.map(str::to_owned).to_vec()),
+        of("MODE", program::MODES.map(program::mode_name).to_vec()),
+        of("TEXTURED", vec![program::TEXTURED.to_owned()]),
+        of("model", all_models().into_iter().map(program::model_name).collect()),
+    ]
 }
 
 /// The text with textures in place of storage buffers, whose elements are texels.
@@ -84,6 +101,9 @@ fn with_textures(source: &str) -> String {
             let (name, of) = rest.split_once(": array<")?;
             Some((binding, name, of.strip_suffix(">;")?))
         });
+        if let Some((_, name, _)) = declaration {
+            assert!(ARRAYS.contains(&name) || IN_TEXTURES.contains(&name), "{name} is in no list");
+        }
         let Some((binding, name, of)) = declaration else {
             text += &format!("{line}\n");
             continue;
@@ -97,7 +117,7 @@ fn with_textures(source: &str) -> String {
         text += &format!(
             "{binding} var {name}: texture_2d<{texel}>;\nfn {name}_element(i: u32) -> {of} {{\n    \
              return textureLoad({name}, vec2u(i % {width}u, i / {width}u), 0){part};\n}}\n",
-            width = web::ELEMENTS
+            width = ELEMENTS
         );
         buffers.push(name);
     }
@@ -129,7 +149,7 @@ fn with_calls(source: &str, name: &str) -> String {
 
 /// The shader in GLSL ES 3.00, in which uniforms, textures and blocks have the names that they have in WGSL.
 fn translated(shader: &WebShader) -> String {
-    let (source, file) = (with_textures(&shader.source), &shader.file);
+    let (source, file) = (with_textures(&shader.source), shader.file);
     let mut module =
         parse_str(&source).unwrap_or_else(|error| panic!("{file}: {}", error.emit_to_string(&source)));
     module.entry_points.retain(|entry| entry.name == shader.entry);
@@ -166,7 +186,46 @@ fn translated(shader: &WebShader) -> String {
             text = text.replace(&block, &format!("{name}_block"));
         }
     }
-    text
+    let text = text.replace("#version 300 es\n\n", "");
+    let text = with_conditions(&text, &switches());
+    with_arrays_in_blocks(&with_prototype(&text, "vec3 taps_radiance("))
+}
+
+/// The text with a function declared alone.
+fn with_prototype(text: &str, beginning: &str) -> String {
+    let Some((before, rest)) = text.split_once(beginning) else { return text.to_owned() };
+    let (head, after) = rest.split_once(") {").expect("a function");
+    let (_, after) = after.split_once("\n}\n").expect("the end of a function");
+    format!("{before}{beginning}{head});\n{after}")
+}
+
+/// The text that has arrays in uniform blocks if their numbers of vectors are defined.
+fn with_arrays_in_blocks(text: &str) -> String {
+    let (mut written, mut element) = (String::new(), "");
+    for line in text.lines() {
+        if let Some((_, rest)) = line.split_once("_element(uint ") {
+            element = rest.split(')').next().unwrap_or_default();
+        }
+        let in_block = ARRAYS.into_iter().find_map(|name| {
+            let (vectors, sampler) = (program::vectors_name(name), format!(" {name};"));
+            if let Some(kind) = line.strip_prefix("uniform highp ").and_then(|of| of.strip_suffix(&sampler)) {
+                let vector = if kind == "usampler2D" { "uvec4" } else { "vec4" };
+                let block = format!("layout(std140) uniform {name}_block {{ {vector} {name}[{vectors}]; }};");
+                return Some((vectors, block));
+            }
+            let (before, _) = line.split_once(&format!("texelFetch({name}, "))?;
+            let value = match before.contains("uvec4") {
+                true => format!("uvec4({name}[{element} >> 2u][{element} & 3u])"),
+                false => format!("{name}[{element}]"),
+            };
+            Some((vectors, format!("{before}{value};")))
+        });
+        written += &match in_block {
+            Some((vectors, block)) => format!("#ifdef {vectors}\n{block}\n#else\n{line}\n#endif\n"),
+            None => format!("{line}\n"),
+        };
+    }
+    written
 }
 
 #[test]
@@ -186,4 +245,83 @@ fn the_shaders_of_pages_are_those_of_the_device() {
     let all = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name());
     let glsl = all.filter_map(|name| name.into_string().ok()).filter(|name| name.ends_with(".glsl"));
     assert_eq!(glsl.collect::<BTreeSet<_>>(), files);
+}
+
+/// The text that is left if these names are defined.
+fn preprocessed(text: &str, defined: &BTreeSet<String>) -> String {
+    let mut kept = String::new();
+    let mut conditions = Vec::new();
+    for line in text.lines() {
+        if let Some(condition) = line.strip_prefix("#if") {
+            let mut names = condition.split(" || ").flat_map(words);
+            conditions.push(names.any(|name| defined.contains(name)));
+        } else if line == "#else" {
+            let last = conditions.last_mut().unwrap();
+            *last = !*last;
+        } else if line == "#endif" {
+            conditions.pop().unwrap();
+        } else if conditions.iter().all(|holds| *holds) {
+            kept += &format!("{line}\n");
+        }
+    }
+    assert!(conditions.is_empty());
+    kept
+}
+
+/// The names of the functions and uniforms that a text declares.
+fn declared(text: &str) -> BTreeSet<&str> {
+    let name = |line: &'_ str| -> Option<std::ops::Range<usize>> {
+        let end = match () {
+            () if line.starts_with([' ', '#']) || line.starts_with("const ") => return None,
+            () if line.ends_with(") {") || line.ends_with(");") => line.find('(')?,
+            () if line.contains("uniform ") => {
+                line.rfind('[').unwrap_or(line.trim_end_matches([';', '}', ' ']).len())
+            }
+            () => return None,
+        };
+        Some(line[..end].rfind(' ')? + 1..end)
+    };
+    text.lines().filter_map(|line| line.get(name(line)?)).collect()
+}
+
+#[test]
+fn a_program_has_all_that_it_calls_and_nothing_else() {
+    let shaders = shaders();
+    let whole = translated(shaders.iter().find(|shader| shader.file == "page.frag").unwrap());
+    let all = declared(&whole);
+    let check = |names: &[&str]| {
+        let defined = names.iter().map(|name| (*name).to_owned()).collect();
+        let text = preprocessed(&whole, &defined);
+        let declared = declared(&text);
+        let mut mentions: BTreeMap<&str, usize> = BTreeMap::new();
+        for word in words(&text) {
+            *mentions.entry(word).or_default() += 1;
+        }
+        for name in all.iter().filter(|name| **name != "main") {
+            // Local variables have the names of some uniforms, but nothing has that of a function.
+            let is_right = match declared.contains(name) {
+                true => mentions[name] > 1,
+                false => !whole.contains(&format!(" {name}(")) || !mentions.contains_key(name),
+            };
+            assert!(is_right, "{names:?}: {name}");
+        }
+        text
+    };
+    check(&["SHOWS_SKY"]);
+    check(&["SHOWS_DIFFERENCE"]);
+    assert!(!check(&[]).contains("page_shown"), "depth needs no colour");
+    for mode in program::MODES {
+        let mode_name = program::mode_name(mode);
+        let plain = check(&["SHOWS_MESH", &mode_name]);
+        let textured = check(&["SHOWS_MESH", &mode_name, program::TEXTURED]);
+        assert!(textured.contains("texture_texels") && !plain.contains("texture_texels"));
+        let has_lamps = plain.contains("vec3 material_layer(");
+        assert_eq!(has_lamps, matches!(mode, Mode::Taps | Mode::Table) || mode.adds_lamps(), "{mode:?}");
+        for model in all_models().into_iter().filter(|_| has_lamps) {
+            let text = check(&["SHOWS_MESH", &mode_name, &program::model_name(model)]);
+            let (_, layer) = text.split_once("vec3 material_layer(").unwrap();
+            let (layer, _) = layer.split_once("\n}\n").unwrap();
+            assert_eq!(layer.matches("        case ").count(), 1, "{mode:?} {model}");
+        }
+    }
 }

@@ -14,6 +14,9 @@ pub struct WebBaseColor {
 }
 
 impl WebBaseColor {
+    /// The texels that a pixel reads of the texture: four of each of two levels.
+    pub const FETCHES: usize = 8;
+
     /// The base colour of a look, with at most so many texels along a side of its texture; `None` if the look
     /// has no texture, or a material that renderers show without it.
     pub fn of(look: &Look, longest_side: usize) -> Option<Self> {

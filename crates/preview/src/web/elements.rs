@@ -3,6 +3,11 @@
 
 use super::texture::{ELEMENTS, WebTexels, WebTexture};
 
+/// The arrays that are in a block if they fit, and otherwise in a texture.
+#[cfg(all(test, feature = "gpu"))]
+pub(crate) const ARRAYS: [&str; 6] =
+    ["harmonics_constants", "lamps", "material", "quarter_turns", "table_light", "transfer_light"];
+
 /// The most vectors of four in a uniform block: 16 KiB.
 const MAX_VECTORS: usize = 1024;
 
@@ -23,9 +28,8 @@ pub(super) enum Place {
 }
 
 impl Elements<'_> {
-    /// Places them, and returns the shader, which reads them from a texture of this name, so that it reads
-    /// them from where they are.
-    pub(super) fn placed(self, shader: &str, name: &'static str) -> (String, Place) {
+    /// Places them: in a block, or in a texture of this name.
+    pub(super) fn placed(self, name: &'static str) -> Place {
         let (vectors, mut words): (usize, Vec<u32>) = match self {
             Self::Vectors(of) => (of.len(), of.as_flattened().iter().map(|value| value.to_bits()).collect()),
             Self::Words(of) => (of.len().div_ceil(4), of.to_vec()),
@@ -33,15 +37,14 @@ impl Elements<'_> {
         let vectors = vectors.max(1);
         if vectors <= MAX_VECTORS {
             words.resize(4 * vectors, 0);
-            return (in_block(shader, name, vectors), Place::Block(words));
+            return Place::Block(words);
         }
         let (count, texels) = match self {
             Self::Vectors(of) => (of.len(), WebTexels::Rgba(padded(of, [0.0; 4]))),
             Self::Words(of) => (of.len(), WebTexels::Words(padded(of, 0))),
         };
         let size = [ELEMENTS, count.div_ceil(ELEMENTS), 1];
-        let texture = WebTexture { name, size, is_array: false, is_linear: false, texels };
-        (shader.to_owned(), Place::Texture(texture))
+        Place::Texture(WebTexture { name, size, is_array: false, is_linear: false, texels })
     }
 }
 
@@ -52,56 +55,22 @@ pub(super) fn padded<T: Copy>(elements: &[T], nothing: T) -> Vec<T> {
     texels
 }
 
-/// The shader with a block of so many vectors in place of a texture.
-fn in_block(shader: &str, name: &str, vectors: usize) -> String {
-    let fetch = format!("texelFetch({name}, ");
-    let mut element = "";
-    let mut text = String::new();
-    for line in shader.lines() {
-        if let Some((_, rest)) = line.split_once(&format!("{name}_element(uint ")) {
-            element = rest.split(')').next().unwrap_or_default();
-        }
-        let sampler =
-            line.strip_prefix("uniform highp ").and_then(|rest| rest.strip_suffix(&format!(" {name};")));
-        let line = match (sampler, line.split_once(&fetch)) {
-            (Some(sampler), _) => {
-                let vector = if sampler == "usampler2D" { "uvec4" } else { "vec4" };
-                format!("layout(std140) uniform {name}_block {{ {vector} {name}[{vectors}]; }};")
-            }
-            (None, Some((before, _))) if before.contains("uvec4") => {
-                format!("{before}uvec4({name}[{element} >> 2u][{element} & 3u]);")
-            }
-            (None, Some((before, _))) => format!("{before}{name}[{element}];"),
-            (None, None) => line.to_owned(),
-        };
-        text += &line;
-        text += "\n";
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SHADER: &str = "uniform highp usampler2D material;\nuint material_element(uint i_1) {\n    uvec4 _e8 = \
-        texelFetch(material, ivec2(uvec2((i_1 % 1024u), (i_1 / 1024u))), 0);\n    return _e8.x;\n}\n";
-
     #[test]
     fn few_elements_are_in_a_block() {
-        let (text, place) = Elements::Words(&[7, 8, 9, 10, 11]).placed(SHADER, "material");
+        let place = Elements::Words(&[7, 8, 9, 10, 11]).placed("material");
         assert!(matches!(place, Place::Block(words) if words == [7, 8, 9, 10, 11, 0, 0, 0]));
-        assert!(text.contains("layout(std140) uniform material_block { uvec4 material[2]; };"), "{text}");
-        assert!(text.contains("uvec4 _e8 = uvec4(material[i_1 >> 2u][i_1 & 3u]);"), "{text}");
-        assert!(!text.contains("texelFetch"), "{text}");
     }
 
     #[test]
     fn many_elements_are_in_a_texture() {
         let many = vec![1; 4 * MAX_VECTORS + 1];
-        let (text, place) = Elements::Words(&many).placed(SHADER, "material");
-        assert_eq!(text, SHADER);
-        let Place::Texture(texture) = place else { panic!("a block of {} words", many.len()) };
+        let Place::Texture(texture) = Elements::Words(&many).placed("material") else {
+            panic!("a block of {} words", many.len())
+        };
         assert_eq!((texture.name, texture.size), ("material", [1024, 5, 1]));
     }
 }

@@ -1,8 +1,5 @@
-#version 300 es
-
 precision highp float;
 precision highp int;
-
 struct PageUniforms {
     mat4x4 clip;
     mat3x3 to_light;
@@ -29,9 +26,7 @@ const uint DEVELOP_PLAIN = 0u;
 const uint DEVELOP_FILMIC = 1u;
 const mat3x3 DEVELOP_INTO_ACES = mat3x3(vec3(0.59719, 0.076, 0.0284), vec3(0.35458, 0.90834, 0.13383), vec3(0.04823, 0.01566, 0.83777));
 const mat3x3 DEVELOP_FROM_ACES = mat3x3(vec3(1.60475, -0.10208, -0.00327), vec3(-0.53108, 1.10813, -0.07276), vec3(-0.07367, -0.00605, 1.07602));
-
 layout(std140) uniform page_block { PageUniforms page; };
-
 layout(location = 0) in vec3 _p2vs_location0;
 layout(location = 1) in vec3 _p2vs_location1;
 layout(location = 2) in vec3 _p2vs_location2;
@@ -41,7 +36,6 @@ smooth out vec3 _vs2fs_location0;
 smooth out vec3 _vs2fs_location1;
 smooth out vec3 _vs2fs_location2;
 smooth out vec2 _vs2fs_location3;
-
 void main() {
     vec3 position = _p2vs_location0;
     vec3 normal = _p2vs_location1;
@@ -60,4 +54,3 @@ void main() {
     _vs2fs_location3 = _tmp_return.coordinates;
     return;
 }
-

@@ -1,8 +1,5 @@
-#version 300 es
-
 precision highp float;
 precision highp int;
-
 struct TransferVertex {
     vec4 position;
     vec3 radiance;
@@ -27,16 +24,12 @@ const uint DEVELOP_FILMIC = 1u;
 const mat3x3 DEVELOP_INTO_ACES = mat3x3(vec3(0.59719, 0.076, 0.0284), vec3(0.35458, 0.90834, 0.13383), vec3(0.04823, 0.01566, 0.83777));
 const mat3x3 DEVELOP_FROM_ACES = mat3x3(vec3(1.60475, -0.10208, -0.00327), vec3(-0.53108, 1.10813, -0.07276), vec3(-0.07367, -0.00605, 1.07602));
 const uint TURNED_WIDTH = 29u;
-
 layout(std140) uniform page_block { PageUniforms page; };
-
 smooth in vec3 _vs2fs_location0;
 layout(location = 0) out vec4 _fs2p_location0;
-
 vec3 develop_between(vec3 value, float most) {
     return mix(vec3(0.0), min(value, vec3(most)), greaterThan(value, vec3(0.0)));
 }
-
 vec3 develop(vec3 radiance, float gain, uint tone) {
     if ((tone == DEVELOP_PLAIN)) {
         vec3 _e7 = develop_between((radiance * gain), 1.0);
@@ -48,12 +41,10 @@ vec3 develop(vec3 radiance, float gain, uint tone) {
     vec3 _e35 = develop_between((DEVELOP_FROM_ACES * curved), 1.0);
     return _e35;
 }
-
 vec3 develop_encode(vec3 linear) {
     vec3 curve = ((1.055 * pow(max(linear, vec3(0.0031308)), vec3(0.41666666))) - vec3(0.055));
     return mix(curve, (12.92 * linear), lessThanEqual(linear, vec3(0.0031308)));
 }
-
 vec4 page_shown(vec3 radiance_1) {
     uint _e3 = page.raw;
     if ((_e3 == 1u)) {
@@ -65,11 +56,9 @@ vec4 page_shown(vec3 radiance_1) {
     vec3 _e15 = develop_encode(_e14);
     return vec4(_e15, 1.0);
 }
-
 void main() {
     TransferVertex at = TransferVertex(gl_FragCoord, _vs2fs_location0);
     vec4 _e2 = page_shown(at.radiance);
     _fs2p_location0 = _e2;
     return;
 }
-

@@ -8,11 +8,6 @@ use super::texture::{ELEMENTS, WebTexels, WebTexture};
 use crate::RenderError;
 use crate::shading::turned_light::MAX_DEGREE;
 
-/// The vertex shader of matte transfer.
-pub(super) const VERTEX: &str = include_str!("transfer.vert.glsl");
-/// The fragment shader of matte transfer.
-pub(super) const FRAGMENT: &str = include_str!("transfer.frag.glsl");
-
 /// The vectors of a part of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WebTransfer {

@@ -1,8 +1,5 @@
-#version 300 es
-
 precision highp float;
 precision highp int;
-
 struct TurnedAngles {
     vec2 alpha;
     vec2 beta;
@@ -37,21 +34,22 @@ const uint DEVELOP_FILMIC = 1u;
 const mat3x3 DEVELOP_INTO_ACES = mat3x3(vec3(0.59719, 0.076, 0.0284), vec3(0.35458, 0.90834, 0.13383), vec3(0.04823, 0.01566, 0.83777));
 const mat3x3 DEVELOP_FROM_ACES = mat3x3(vec3(1.60475, -0.10208, -0.00327), vec3(-0.53108, 1.10813, -0.07276), vec3(-0.07367, -0.00605, 1.07602));
 const uint TURNED_WIDTH = 29u;
-
+#ifdef QUARTER_TURNS_VECTORS
+layout(std140) uniform quarter_turns_block { vec4 quarter_turns[QUARTER_TURNS_VECTORS]; };
+#else
 uniform highp sampler2D quarter_turns;
-
+#endif
 layout(std140) uniform transfer_uniforms_block { TransferUniforms transfer_uniforms; };
-
+#ifdef TRANSFER_LIGHT_VECTORS
+layout(std140) uniform transfer_light_block { vec4 transfer_light[TRANSFER_LIGHT_VECTORS]; };
+#else
 uniform highp sampler2D transfer_light;
-
+#endif
 uniform highp sampler2D transfer_vectors;
-
 layout(std140) uniform page_block { PageUniforms page; };
-
 layout(location = 0) in vec3 _p2vs_location0;
 invariant gl_Position;
 smooth out vec3 _vs2fs_location0;
-
 TurnedAngles turned_angles(mat3x3 frame) {
     vec3 x = frame[0];
     vec3 n = frame[2];
@@ -61,11 +59,9 @@ TurnedAngles turned_angles(mat3x3 frame) {
     vec2 gamma = vec2(((n.z * along) - (sine * x.z)), ((alpha.x * x.y) - (alpha.y * x.x)));
     return TurnedAngles(alpha, vec2(n.z, sine), gamma);
 }
-
 uint turned_entries(uint l_1) {
     return (((2u * l_1) + 1u) * ((l_1 / 2u) + 1u));
 }
-
 uint quarter_turn_column(uint l_2, uint row_2, uint k) {
     uint odd = ((l_2 + ((row_2 < l_2) ? 1u : 0u)) % 2u);
     bool is_even = ((row_2 % 2u) == 0u);
@@ -75,7 +71,6 @@ uint quarter_turn_column(uint l_2, uint row_2, uint k) {
     }
     return (is_even ? (l_2 + m_1) : (l_2 - m_1));
 }
-
 void turn_about_z(uint l_3, vec2 angle, inout vec3 band_1[29]) {
     vec2 multiple = vec2(1.0, 0.0);
     uint m = 1u;
@@ -113,12 +108,14 @@ void turn_about_z(uint l_3, vec2 angle, inout vec3 band_1[29]) {
     }
     return;
 }
-
 vec2 quarter_turns_element(uint i) {
+#ifdef QUARTER_TURNS_VECTORS
+    vec4 _e8 = quarter_turns[i];
+#else
     vec4 _e8 = texelFetch(quarter_turns, ivec2(uvec2((i % 1024u), (i / 1024u))), 0);
+#endif
     return _e8.xy;
 }
-
 void turn_about_x(uint l_4, uint entry_1, uint back, inout vec3 band_2[29]) {
     uint row_3 = 0u;
     vec3 sum = vec3(0.0);
@@ -172,7 +169,6 @@ void turn_about_x(uint l_4, uint entry_1, uint back, inout vec3 band_2[29]) {
     }
     return;
 }
-
 void turn_band(uint l_5, uint entry_2, TurnedAngles angles, inout vec3 band_3[29]) {
     turn_about_z(l_5, angles.alpha, band_3);
     turn_about_x(l_5, entry_2, 0u, band_3);
@@ -181,17 +177,18 @@ void turn_band(uint l_5, uint entry_2, TurnedAngles angles, inout vec3 band_3[29
     turn_about_z(l_5, angles.gamma, band_3);
     return;
 }
-
 vec4 transfer_light_element(uint i_1) {
+#ifdef TRANSFER_LIGHT_VECTORS
+    vec4 _e8 = transfer_light[i_1];
+#else
     vec4 _e8 = texelFetch(transfer_light, ivec2(uvec2((i_1 % 1024u), (i_1 / 1024u))), 0);
+#endif
     return _e8;
 }
-
 vec4 transfer_vectors_element(uint i_2) {
     vec4 _e8 = texelFetch(transfer_vectors, ivec2(uvec2((i_2 % 1024u), (i_2 / 1024u))), 0);
     return _e8;
 }
-
 float transfer_coefficient(uint vertex_1, uint channel, uint i_3) {
     uint _e5 = transfer_uniforms.channels;
     uint vector = ((vertex_1 * _e5) + channel);
@@ -199,7 +196,6 @@ float transfer_coefficient(uint vertex_1, uint channel, uint i_3) {
     vec4 _e19 = transfer_vectors_element(((vector * ((_e10 + 3u) / 4u)) + (i_3 / 4u)));
     return _e19[(i_3 % 4u)];
 }
-
 vec3 transfer_coefficients(uint vertex_2, uint i_4) {
     float _e3 = transfer_coefficient(vertex_2, 0u, i_4);
     uint _e6 = transfer_uniforms.channels;
@@ -210,7 +206,6 @@ vec3 transfer_coefficients(uint vertex_2, uint i_4) {
     float _e13 = transfer_coefficient(vertex_2, 2u, i_4);
     return vec3(_e3, _e11, _e13);
 }
-
 void main() {
     uint vertex = uint(gl_VertexID);
     vec3 position = _p2vs_location0;
@@ -307,4 +302,3 @@ void main() {
     _vs2fs_location0 = _tmp_return.radiance;
     return;
 }
-

@@ -106,7 +106,7 @@ parameters! {
 }
 
 /// The bytes of a page beside its textures, shaders, meshes and pictures, and the most of a picture.
-const PAGE_BYTES: usize = 120_000;
+const PAGE_BYTES: usize = 95_000;
 const PICTURE_BYTES: usize = 50_000;
 
 /// The part of a page that its skies take at most, unless they have few rows, and these.
@@ -125,7 +125,7 @@ impl Kind for ExportPage {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-page";
-    const REVISION: u32 = 5;
+    const REVISION: u32 = 6;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -227,9 +227,7 @@ impl Kind for ExportPage {
             for (place, form, made, view) in made.into_iter().flatten() {
                 let pair = &pairs[place];
                 let (kept, cost) = (blobs.next(), view.cost);
-                let has_texture = document.pairs[place].base_color.is_some();
-                let textured = view.textured.filter(|_| has_texture);
-                let view = blobs.view(web::WebView { textured, ..view });
+                let view = blobs.view(view);
                 if blobs.bytes() > room {
                     let bytes = quantity::size(blobs.since(kept) as u64);
                     document.left_out.push(format!("{} as {}: {bytes}", pair.title(), form.label()));
