@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::cancellation::PeriodicCheck;
 use super::product_sampling::{BandSamplers, ProductSampling};
 use super::rasteriser::Hit;
-use crate::shading::brute_force::{Prepared, brute_force_past};
+use crate::shading::brute_force::{Prepared, Product, brute_force_past};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
@@ -247,6 +247,7 @@ impl<'a> Shader<'a> {
             }
             Self::BruteForce(prepared, product) => {
                 let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
+                let product = product.map(|sampler| Product::always(sampler));
                 let sum = |samples| brute_force_past(prepared, product, surface, sequence, samples, |_| true);
                 averaged(light_samples, check, sum)?
             }
@@ -255,6 +256,7 @@ impl<'a> Shader<'a> {
                 let point = shadows.at(surface, hit.position);
                 let sees = |direction| point.sees(direction);
                 let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
+                let product = product.map(|sampler| Product::always(sampler));
                 let sum = |samples| brute_force_past(prepared, product, surface, sequence, samples, sees);
                 averaged(light_samples, check, sum)?
             }

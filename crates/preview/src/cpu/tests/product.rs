@@ -2,10 +2,11 @@
 
 use brdf::{Fresnel, Ggx, KajiyaKay};
 use glam::Vec3;
+use sampling::ProductSampler;
 
 use super::*;
 use crate::cpu::product_sampling::{BandSamplers, OWN_SAMPLES, ProductSampling};
-use crate::shading::brute_force::{Prepared, brute_force_past};
+use crate::shading::brute_force::{Prepared, Product, brute_force_past};
 use crate::shading::sequence::Sequence;
 
 /// Windows in a dim room.
@@ -23,6 +24,11 @@ fn soft() -> Arc<Look> {
     look(&light(48, windows), &ggx(0.5), [19, 16])
 }
 
+/// The samples of a sampler, if there is one.
+fn followed(sampler: Option<&ProductSampler>) -> Option<Product<'_>> {
+    sampler.map(|sampler| Product::always(sampler))
+}
+
 #[test]
 fn samples_of_the_product_halve_the_noise_and_keep_the_mean() {
     const SAMPLES: u32 = 256;
@@ -37,7 +43,7 @@ fn samples_of_the_product_halve_the_noise_and_keep_the_mean() {
         let sampler = samplers.get(&product, surface.normal, surface.view).unwrap();
         let mean = |sampler, number: u32, samples: u32| {
             let sequence = Sequence::new(PointSet::Even, number);
-            let sum: Vec3 = brute_force_past(&prepared, sampler, &surface, sequence, 0..samples, |_| true);
+            let sum: Vec3 = brute_force_past(&prepared, followed(sampler), &surface, sequence, 0..samples, |_| true);
             f64::from(sum.element_sum()) / f64::from(samples)
         };
         // The truth without any sampler of the product.
@@ -111,7 +117,7 @@ fn a_sun_lit_photograph_has_less_noise_by_the_product() {
     for surface in seen(&scene, &many).into_iter().flatten().map(|hit| hit.surface) {
         let sampler = samplers.get(&product, surface.normal, surface.view).unwrap();
         let mean = |prepared, sampler, sequence, samples: u32| {
-            let sum = brute_force_past(prepared, sampler, &surface, sequence, 0..samples, |_| true);
+            let sum = brute_force_past(prepared, followed(sampler), &surface, sequence, 0..samples, |_| true);
             f64::from(sum.element_sum()) / f64::from(samples)
         };
         let truth = mean(&both, None, Sequence::new(PointSet::Even, 77), 1 << 15);
