@@ -29,8 +29,6 @@ mod sample_budget;
 mod shadow_tree;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod tests_noise;
 mod textures;
 mod vertex_light;
 #[cfg(test)]

@@ -24,9 +24,6 @@ use sphere::{Cube, Direction, Face};
 use crate::shading::product_tables::{UNIFORM, held_series};
 use crate::{Look, Shot};
 
-/// The number of samples of a pixel from which on samplers are worth making.
-const MIN_SAMPLES: u32 = 256;
-
 /// The number of samples from which on each sample of a pixel has its own sampler.
 pub(super) const OWN_SAMPLES: u32 = 4096;
 
@@ -49,11 +46,6 @@ impl ProductSampling {
         let light = TexelLight::new(look.light().environment(), SUM).ok()?;
         let tables = ProductTables::new(&light, &Tables::new(series.f()));
         Some(Self { series, tables })
-    }
-
-    /// Whether a shot takes so many samples that samplers are worth making.
-    pub(super) fn is_worth(shot: &Shot) -> bool {
-        shot.light_samples.saturating_mul(shot.samples.saturating_mul(shot.samples)) >= MIN_SAMPLES
     }
 
     /// The sum of the channels of the lobe of a surface with this normal, toward a view.

@@ -18,6 +18,7 @@ use crate::shading::lamps::{PackedLamps, lamps, lamps_past};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::{PrefilteredMap, prefiltered};
+use crate::shading::product_samples;
 use crate::shading::sequence::Sequence;
 use crate::shading::shadows::Shadows;
 use crate::shading::taps::{Levels, PackedTaps, taps_radiance};
@@ -151,7 +152,7 @@ impl<'a> Shader<'a> {
         let beside_table =
             |k: usize| cache.beside_table[k].get_or_init(|| PackedLamps::beside_map(look, mode));
         let brute = || once(&cache.brute, || Prepared::new(look));
-        let product = || match ProductSampling::is_worth(shot) {
+        let product = || match product_samples::is_worth(shot) {
             true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),
             false => None,
         };

@@ -234,6 +234,13 @@ impl LookMaps {
         Ok(())
     }
 
+    /// From now on no samples follow the product, until [`LookMaps::prepare_product`] is called.
+    pub(super) fn clear_product(&mut self, device: &Device) {
+        if let Some(Some(product)) = &mut self.product {
+            product.clear(device);
+        }
+    }
+
     /// Makes the [`LookMaps::lamps`] of a mode unless they exist.
     pub(super) fn prepare_lamps(
         &mut self,

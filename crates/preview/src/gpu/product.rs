@@ -25,7 +25,7 @@ impl ProductBuffer {
         layouts: &Layouts,
         tables: ProductTables,
     ) -> Result<Self, RenderError> {
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let buffer = device.buffer("the product of light and material", usage, 4 * tables.len() as u64)?;
         device.queue.write_buffer(&buffer, 4 * u64::from(HEADER), bytemuck::cast_slice(tables.fixed()));
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -51,5 +51,12 @@ impl ProductBuffer {
         drop(pass);
         device.queue.submit([encoder.finish()]);
         self.made_for = Some(axes);
+    }
+
+    /// Says that there are no tables.
+    pub(super) fn clear(&mut self, device: &Device) {
+        if self.made_for.take().is_some() {
+            device.queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(&0.0_f32));
+        }
     }
 }

@@ -152,7 +152,9 @@ impl Resources {
                     Mode::BruteForce | Mode::ShadowedBruteForce => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare_samples(device, layouts, &object.look, lights)?;
-                        if light_samples > product_samples::FIRST {
+                        if !product_samples::is_worth(shot) {
+                            maps.clear_product(device);
+                        } else if light_samples > product_samples::FIRST {
                             maps.prepare_product(device, layouts, &self.pipelines, &object.look, view)?;
                         }
                         if let (Mode::ShadowedBruteForce, Some(samples)) = (mode, &maps.samples) {

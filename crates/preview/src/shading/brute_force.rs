@@ -8,8 +8,9 @@
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample
 //! is larger than with the better kind alone.
 //!
-//! Where many samples are taken, half of them follow the product of light and material, in the same
-//! heuristic: on the CPU by [`sampling::ProductSampler`], on a device by tables ([`super::product_samples`]).
+//! Where many samples are taken, nine of ten follow the product of light and material, in the same heuristic:
+//! on the CPU by [`sampling::ProductSampler`], on a device by tables ([`super::product_samples`]). Their
+//! contributions are nearly equal where the others' are not, so most of the noise is that of the tenth.
 //!
 //! Light is distant, and surfaces cast no shadows, unless those of [`super::shadows`] are wanted. The sum
 //! converges to `shrm::reference::Reference`, which integrates over the same texels.
@@ -104,8 +105,8 @@ impl<'a> Product<'a> {
 }
 
 /// [`brute_force`] of the light that arrives: `sees` says for a direction, in the light's frame, whether
-/// light from there does. Half of the samples follow a `product` of light and material, if there is one; the
-/// density of all is then c' p_product + (1 - c') (c p_light + (1 - c) p_lobes).
+/// light from there does. Most samples follow a `product` of light and material, if there is one; the density
+/// of all is then c' p_product + (1 - c') (c p_light + (1 - c) p_lobes).
 pub(crate) fn brute_force_past(
     prepared: &Prepared,
     product: Option<Product<'_>>,

@@ -13,14 +13,23 @@ use super::light_samples::{LightSample, LightSamples};
 use super::product_tables::{self, ProductTables, ViewAxes, block_of, block_start};
 use super::shader_constants::shader_constants;
 use super::surface::Surface;
+use crate::Shot;
 
 shader_constants!("PRODUCT_SAMPLES_":
-    /// The number of a pixel's light samples before those that follow the product, on a device: with fewer,
-    /// the tables of a view would take longer than they save.
-    pub(crate) FIRST: u32 = 16;
+    /// The number of light samples before those that follow the product, on a device: while the view changes,
+    /// a slow device draws no more, and makes no tables.
+    pub(crate) FIRST: u32 = 4;
     /// The share of samples that follow the product, if there is a sampler of it.
-    pub(crate) SHARE: f32 = 0.5;
+    pub(crate) SHARE: f32 = 0.9;
 );
+
+/// The number of light samples of a pixel from which on it is worth following the product.
+const MIN_SAMPLES: u32 = 256;
+
+/// Whether a shot takes so many samples that it is worth following the product.
+pub(crate) fn is_worth(shot: &Shot) -> bool {
+    shot.light_samples.saturating_mul(shot.samples.saturating_mul(shot.samples)) >= MIN_SAMPLES
+}
 
 /// The text of the shader: its constants, those of the tables, and product_samples.wgsl.
 pub fn shader() -> String {

@@ -7,6 +7,7 @@ use sampling::ProductSampler;
 use super::*;
 use crate::cpu::product_sampling::{BandSamplers, OWN_SAMPLES, ProductSampling};
 use crate::shading::brute_force::{Prepared, Product, brute_force_past};
+use crate::shading::product_samples::is_worth;
 use crate::shading::sequence::Sequence;
 
 /// Windows in a dim room.
@@ -81,7 +82,7 @@ fn lobes_that_the_series_does_not_hold_have_no_sampler() {
 fn few_samples_are_not_worth_a_sampler_and_pictures_with_it_do_not_depend_on_threads() {
     let few = shot([20, 14], Show::One(Mode::BruteForce));
     let many = Shot { light_samples: 64, samples: 2, ..few.clone() };
-    assert!(!ProductSampling::is_worth(&few) && ProductSampling::is_worth(&many));
+    assert!(!is_worth(&few) && is_worth(&many));
     let scene = Scene::of(sphere(), soft());
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
