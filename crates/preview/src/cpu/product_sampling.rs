@@ -6,7 +6,7 @@
 //! serves a cell of normals, 0.06 radians wide, and the pixels of a band share those that they see: since the
 //! viewer is distant, the product depends on the normal alone. The density of either is told exactly, so the
 //! balance heuristic of [`crate::shading::brute_force`] stays unbiased however far the sampler is from the
-//! product at a pixel. On a sphere under photographs both have the same noise within a few percent.
+//! product at a pixel.
 //!
 //! A lobe that the series does not hold ([`held_series`]) is sampled better by its own shape: then there is no
 //! sampler. A device follows the product by tables of its own ([`crate::shading::product_tables`]): both

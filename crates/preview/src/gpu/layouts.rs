@@ -418,15 +418,7 @@ pub(super) fn mode_files(mode: Mode, models: &BTreeSet<u32>) -> (String, &'stati
         // Its lamps are added by `shadowed_lamps_source`.
         Mode::Transfer => (&[], "textureLoad(map, pixel, 0, 0).rgb"),
         Mode::BruteForce => (
-            &[
-                &sequence,
-                LIGHT_SAMPLES,
-                &material,
-                &lobe_sampling,
-                &product_samples,
-                BRUTE_FORCE,
-                NO_SHADOWS,
-            ],
+            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, &product_samples, BRUTE_FORCE, NO_SHADOWS],
             "before + brute_force(surface, sequence_new(part.points, frame_number(pixel)), part.first, part.count)",
         ),
         // The CPU draws diagrams.

@@ -93,10 +93,8 @@ impl LightSampling {
 
     fn new(device: &Device, layouts: &Layouts, buffers: [wgpu::Buffer; 4]) -> Self {
         let entries = Self::BINDINGS.into_iter().zip(&buffers);
-        let entries = entries.map(|(binding, buffer)| wgpu::BindGroupEntry {
-            binding,
-            resource: buffer.as_entire_binding(),
-        });
+        let entries = entries
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("light and material"),
             layout: &layouts.light,

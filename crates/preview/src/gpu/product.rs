@@ -26,7 +26,7 @@ impl ProductBuffer {
         tables: ProductTables,
     ) -> Result<Self, RenderError> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let buffer = device.buffer("the product of light and material", usage, 4 * tables.len() as u64)?;
+        let buffer = device.buffer("the product of light and material", usage, 4 * tables.count() as u64)?;
         device.queue.write_buffer(&buffer, 4 * u64::from(HEADER), bytemuck::cast_slice(tables.fixed()));
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("the product of light and material"),

@@ -340,12 +340,17 @@ fn the_tables_of_the_product_match_their_twin() {
         let cells = found[header.len() + expected.fixed().len()..].chunks_exact(expected.stride());
         let (mut apart, mut count) = (0, 0);
         for (cell, found) in cells.take((CELLS * CELLS) as usize).enumerate() {
+            // A cell whose middle is in the disc of normals that face the viewer.
+            let middle = |place: usize| (place as f32 + 0.5) * 2.0 / CELLS as f32 - 1.0;
+            if middle(cell % CELLS as usize).hypot(middle(cell / CELLS as usize)) > 1.0 {
+                continue;
+            }
             for (found, expected) in found.iter().zip(expected.table(axes, cell)) {
                 apart += usize::from((found - expected).abs() > 1e-5);
                 count += 1;
             }
         }
-        assert!(count == (CELLS * CELLS) as usize * expected.stride());
+        assert!(count > (CELLS * CELLS) as usize * expected.stride() * 3 / 4, "{count}");
         assert!(apart < count / 100, "{apart} of {count}");
     }
 }
@@ -357,12 +362,11 @@ fn pictures_by_the_product_have_a_third_of_the_noise_and_the_same_mean() {
     let test = "pictures_by_the_product_have_a_third_of_the_noise_and_the_same_mean";
     let Some(mut gpu) = gpu(test) else { return };
     let look = gold_in_a_room();
-    let plain =
-        Look::without_maps(Arc::clone(look.light()), look.material().unwrap().clone(), look.sizes());
+    let plain = Look::without_maps(Arc::clone(look.light()), look.material().unwrap().clone(), look.sizes());
     let ball = Arc::new(::mesh::shape("sphere").unwrap());
     let [followed, plain] = [look, Arc::new(plain)].map(|look| Scene::of(Arc::clone(&ball), look));
     for mode in [Mode::BruteForce, Mode::ShadowedBruteForce] {
-        let (mut squares, mut sum, mut count) = ([0.0; 2], 0.0, 0.0);
+        let (mut squares, mut error_sum, mut truth_sum) = ([0.0; 2], 0.0, 0.0);
         for side in [32, 37] {
             let shot = Shot {
                 size: [side, side],
@@ -384,20 +388,20 @@ fn pictures_by_the_product_have_a_third_of_the_noise_and_the_same_mean() {
                         continue;
                     }
                     let all = |radiance: &[f32; 4]| radiance[..3].iter().map(|v| f64::from(*v)).sum::<f64>();
-                    let error = all(found) / all(truth) - 1.0;
+                    let error = all(found) - all(truth);
                     squares[place] += error * error;
                     if place == 0 {
-                        sum += error;
-                        count += 1.0;
+                        error_sum += error;
+                        truth_sum += all(truth);
                     }
                 }
             }
         }
-        let [by_product, without] = squares.map(|sum| f64::sqrt(sum / count));
-        assert!(3.0 * by_product < without, "{by_product} {without}");
-        // The mean error is within 4 of its own deviations, and the truth's 0.1 %.
-        let bias = sum / count;
-        assert!(bias.abs() < 4.0 * by_product / f64::sqrt(count) + 1e-3, "{bias} {by_product} {count}");
+        let [by_product, without] = squares.map(f64::sqrt);
+        assert!(3.0 * by_product < without, "{mode:?}: {by_product} {without}");
+        // The errors of pixels are independent: their sum is within 4 of its deviations, and the truth's 0.1 %.
+        let allowed = 4.0 * by_product + 1e-3 * truth_sum;
+        assert!(f64::abs(error_sum) < allowed, "{mode:?}: {error_sum} {by_product} {truth_sum}");
     }
 }
 

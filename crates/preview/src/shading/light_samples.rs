@@ -140,8 +140,9 @@ impl LightSamples {
     pub(crate) fn density_between(&self, row: usize, columns: Range<usize>, column: usize) -> f32 {
         let [_, _, per_solid_angle, _] = self.elements[1 + row];
         let texels = self.texels(row);
-        let between =
-            |columns: Range<usize>| self.elements[texels + columns.end][3] - self.elements[texels + columns.start][3];
+        let between = |columns: Range<usize>| {
+            self.elements[texels + columns.end][3] - self.elements[texels + columns.start][3]
+        };
         between(column..column + 1) / between(columns).max(1e-30) * per_solid_angle
     }
 

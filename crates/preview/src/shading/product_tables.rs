@@ -18,11 +18,12 @@
 //!
 //! | count | contents |
 //! | --- | --- |
-//! | 12 | 1 if there are tables; rows R, columns C of blocks; 1 if lobes are about the reflection; the axes toward the viewer and to the right; rows H of texels; 0 |
+//! | 4 | 1 if there are tables; the rows R and columns C of blocks; 1 if lobes are about the reflection |
+//! | 8 | the axes toward the viewer and to the right; the rows H of texels; 0 |
 //! | ANGLES SIDE^2 | per angle: the lobe over the directions of an octahedron |
 //! | 4 R C | per block: the mean direction of its light, and its share of all light |
-//! | C (H + R) | per column and row of blocks: the distribution of the rows of texels in the block, and its end |
-//! | CELLS^2 (R + 1 + R (C + 1)) | per cell: the distribution of the rows of blocks; per row, that of its blocks |
+//! | C (H + R) | per column and row of blocks: the distribution of the block's rows of texels, and its end |
+//! | CELLS^2 (R + 1 + R (C + 1)) | per cell: the distribution of rows of blocks; per row, that of its blocks |
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
 use std::sync::Arc;
@@ -48,7 +49,7 @@ shader_constants!("PRODUCT_TABLES_":
     /// The texels along the side of a lobe.
     SIDE: u32 = 48;
     /// The cells of normals along the side of the disc.
-    pub(crate) CELLS: u32 = 48;
+    pub(crate) CELLS: u32 = 40;
     /// The first numbers of the buffer.
     pub(crate) HEADER: u32 = 12;
 );
@@ -61,7 +62,7 @@ const VIEW_DEGREE: usize = 16;
 const HELD: f64 = 0.95;
 
 /// The share of the series' density that is uniform, for what the series lacks of the material.
-pub(crate) const UNIFORM: f32 = 0.1;
+pub(crate) const UNIFORM: f32 = 0.02;
 
 /// The constants of the shaders that read or make tables.
 pub fn constants() -> &'static str {
@@ -161,8 +162,8 @@ impl ProductTables {
         self.blocks
     }
 
-    /// The length of the buffer.
-    pub fn len(&self) -> usize {
+    /// How many numbers the buffer has: 14 MB with the most blocks.
+    pub fn count(&self) -> usize {
         HEADER as usize + self.fixed.len() + (CELLS * CELLS) as usize * self.stride()
     }
 
@@ -192,7 +193,7 @@ impl ProductTables {
         place(y) * CELLS as usize + place(x)
     }
 
-    /// The table of a cell.
+    /// The table of a cell. A device makes only those of cells that touch the disc.
     pub fn table(&self, axes: ViewAxes, cell: usize) -> Vec<f32> {
         let [rows, columns] = self.blocks;
         let frame = CellFrame::new(axes, cell);
@@ -215,7 +216,8 @@ impl ProductTables {
     fn mass(&self, frame: CellFrame, block: usize) -> f32 {
         let at = (ANGLES * SIDE * SIDE) as usize + 4 * block;
         let direction = Vec3::from_slice(&self.fixed[at..at + 3]);
-        let local = Vec3::new(direction.dot(frame.tangent), direction.dot(frame.side), direction.dot(frame.normal));
+        let [x, y, z] = [frame.tangent, frame.side, frame.normal].map(|axis| direction.dot(axis));
+        let local = Vec3::new(x, y, z);
         self.fixed[at + 3] * self.fixed[(frame.angle * SIDE * SIDE) as usize + octahedron_place(local)]
     }
 }
@@ -253,7 +255,13 @@ fn scale(sums: &mut [f32]) {
     let total = sums[sums.len() - 1];
     let last = sums.len() - 1;
     for sum in &mut sums[..last] {
-        *sum = if *sum < total { *sum / total } else if total > 0.0 { 1.0 } else { 0.0 };
+        *sum = if *sum < total {
+            *sum / total
+        } else if total > 0.0 {
+            1.0
+        } else {
+            0.0
+        };
     }
     sums[last] = 1.0;
 }

@@ -42,6 +42,13 @@ fn product_tables_frame(cell: u32) -> ProductCellFrame {
     return ProductCellFrame(tangent, cross(normal, tangent), normal, angle);
 }
 
+// Whether a cell touches the disc of normals that face the viewer, or nearly.
+fn product_tables_is_seen(cell: vec2u) -> bool {
+    let middle = (vec2f(cell) + 0.5) * (2.0 / f32(PRODUCT_TABLES_CELLS)) - 1.0;
+    let nearest = max(abs(middle) - 1.01 / f32(PRODUCT_TABLES_CELLS), vec2f(0.0));
+    return dot(nearest, nearest) <= 1.0;
+}
+
 // The place of the texel of a direction on an octahedron whose lower half is folded outward.
 fn product_tables_octahedron(direction: vec3f) -> u32 {
     let p = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));

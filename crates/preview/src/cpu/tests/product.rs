@@ -44,7 +44,8 @@ fn samples_of_the_product_halve_the_noise_and_keep_the_mean() {
         let sampler = samplers.get(&product, surface.normal, surface.view).unwrap();
         let mean = |sampler, number: u32, samples: u32| {
             let sequence = Sequence::new(PointSet::Even, number);
-            let sum: Vec3 = brute_force_past(&prepared, followed(sampler), &surface, sequence, 0..samples, |_| true);
+            let sum: Vec3 =
+                brute_force_past(&prepared, followed(sampler), &surface, sequence, 0..samples, |_| true);
             f64::from(sum.element_sum()) / f64::from(samples)
         };
         // The truth without any sampler of the product.

@@ -184,7 +184,7 @@ fn assert_same_sums(
             tables.header(axes).into_iter().chain(tables.fixed().iter().copied()).chain(cells).collect()
         },
     );
-    assert!(product.is_none_or(|(of, _)| of.len() == tables.len()));
+    assert!(product.is_none_or(|(of, _)| of.count() == tables.len()));
     let buffers: [&[u8]; 9] = [
         bytemuck::cast_slice(prepared.light.elements()),
         bytemuck::cast_slice(packed.words()),
