@@ -23,7 +23,8 @@ shader_constants!("PRODUCT_SAMPLES_":
     pub(crate) SHARE: f32 = 0.9;
 );
 
-/// The number of light samples of a pixel from which on it is worth following the product.
+/// The number of light samples of a pixel from which on it is worth following the product on the CPU. With
+/// fewer, devices follow none either, so that both draw the same samples.
 const MIN_SAMPLES: u32 = 256;
 
 /// Whether a shot takes so many samples that it is worth following the product.
