@@ -7,7 +7,8 @@
 //! points, and choose what a pixel shows, as the CPU's `BandRenderer` does. All formulas are in `shading/`,
 //! where each shader has its twin. In the modes that shade vertices, `vertices.wgsl` does so before, and
 //! `raster.wgsl` draws their radiance as the map that the mode reads; for shadows it draws positions.
-//! If an object has a texture, `coloured.wgsl` draws the base colours of all, by which `textured.wgsl`
+//! Where brute force follows the product of light and material, `product.wgsl` makes its tables when the view
+//! changes. If an object has a texture, `coloured.wgsl` draws the base colours of all, by which `textured.wgsl`
 //! changes the radiance before it is developed.
 //!
 //! The samples of a pixel are drawn one after another, so that memory does not grow with their number. The
@@ -22,6 +23,7 @@ mod layouts;
 mod maps;
 mod memory;
 mod mesh;
+mod product;
 mod readback;
 mod resources;
 mod sample_budget;
@@ -280,8 +282,6 @@ impl Gpu {
         canvas: &mut DeviceCanvas,
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<Added, RenderError> {
-        self.resources.prepare(scene, shot)?;
-        let Resources { device, layouts, .. } = &self.resources;
         let samples = canvas.samples;
         let modes = shot.show.sides();
         let mut accumulation = Accumulation::new(scene, shot);
@@ -296,6 +296,15 @@ impl Gpu {
             }
         }
         let is_brute_force = |mode: Option<Mode>| mode.is_some_and(Mode::is_brute_force);
+        let before = accumulation.light_samples;
+        let missing = shot.light_samples.max(1) - before;
+        let add = match modes.into_iter().any(is_brute_force) {
+            true => self.sample_budget.next().min(missing),
+            false => 0,
+        };
+        accumulation.light_samples += add;
+        self.resources.prepare(scene, shot, accumulation.light_samples)?;
+        let Resources { device, layouts, .. } = &self.resources;
         for side in 0..2 {
             let count = if is_brute_force(modes[side]) { samples * samples } else { 1 };
             canvas.reserve(device, side, if modes[side].is_some() { count as usize } else { 0 })?;
@@ -306,13 +315,6 @@ impl Gpu {
         if self.resources.textures.is_shown {
             canvas.reserve_colours(device)?;
         }
-        let before = accumulation.light_samples;
-        let missing = shot.light_samples.max(1) - before;
-        let add = match modes.into_iter().any(is_brute_force) {
-            true => self.sample_budget.next().min(missing),
-            false => 0,
-        };
-        accumulation.light_samples += add;
         let frame = FrameEncoder::new(scene, shot, &self.resources, canvas)?;
         frame.update(encoder);
         for sample in 0..(samples * samples) as usize {
@@ -337,7 +339,7 @@ impl Gpu {
 
     fn render_whole(&mut self, scene: &Scene, shot: &Shot, stop: Stop<'_>) -> Result<Picture, RenderError> {
         stop.check()?;
-        self.resources.prepare(scene, shot)?;
+        self.resources.prepare(scene, shot, shot.light_samples)?;
         let Resources { device, layouts, .. } = &self.resources;
         let samples = shot.samples.clamp(1, 4);
         let mut canvas = DeviceCanvas::new(device, layouts, shot.size, samples)?;

@@ -33,6 +33,8 @@ pub mod numbers;
 #[cfg(feature = "gpu")]
 mod on_device;
 pub mod prefiltered;
+pub mod product_samples;
+pub mod product_tables;
 pub mod sequence;
 mod shader_constants;
 pub mod shadows;

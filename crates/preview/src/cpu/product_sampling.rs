@@ -6,36 +6,23 @@
 //! serves a cell of normals, 0.06 radians wide, and the pixels of a band share those that they see: since the
 //! viewer is distant, the product depends on the normal alone. The density of either is told exactly, so the
 //! balance heuristic of [`crate::shading::brute_force`] stays unbiased however far the sampler is from the
-//! product at a pixel. On a sphere under photographs both have the same noise within a few percent.
+//! product at a pixel.
 //!
-//! A lobe that degree [`DEGREE`] does not hold is sampled better by its own shape: then there is no sampler.
-//! Shaders of the device have none either: both converge to the same integral.
+//! A lobe that the series does not hold ([`held_series`]) is sampled better by its own shape: then there is no
+//! sampler. A device follows the product by tables of its own ([`crate::shading::product_tables`]): both
+//! converge to the same integral.
 
 use std::collections::HashMap;
-use std::f64::consts::{FRAC_PI_6, PI};
 use std::fmt;
 use std::sync::Arc;
 
-use brdf::{BrdfCoefficients, Centre};
+use brdf::BrdfCoefficients;
 use glam::Vec3;
 use sampling::{ProductOptions, ProductSampler, ProductTables, SUM, Tables, TexelLight, UniformShare, weigh};
-use sh::Degree;
-use sphere::{Cube, Direction, Face, spiral};
+use sphere::{Cube, Direction, Face};
 
+use crate::shading::product_tables::{UNIFORM, held_series};
 use crate::{Look, Shot};
-
-/// The highest degrees of the series.
-const DEGREE: usize = 19;
-const VIEW_DEGREE: usize = 16;
-
-/// The share of a lobe's energy that its series must hold.
-const HELD: f64 = 0.95;
-
-/// The share of the series' density that is uniform, for what the series lacks of the material.
-const UNIFORM: f32 = 0.1;
-
-/// The number of samples of a pixel from which on samplers are worth making.
-const MIN_SAMPLES: u32 = 256;
 
 /// The number of samples from which on each sample of a pixel has its own sampler.
 pub(super) const OWN_SAMPLES: u32 = 4096;
@@ -53,23 +40,12 @@ pub(super) struct ProductSampling {
 }
 
 impl ProductSampling {
-    /// Prepares the samplers of a look; `None` if its light is black, its series is not known, depends on the
-    /// tangent, or does not hold the lobe.
+    /// Prepares the samplers of a look; `None` if its light is black, or [`held_series`] is.
     pub(super) fn new(look: &Look) -> Option<Self> {
-        let series = look.reflection()?.brdf();
-        if series.centre() == Centre::Tangent || !is_held(look, series) {
-            return None;
-        }
-        let most = |degree: Degree, most: usize| Some(degree.min(Degree::new(most).ok()?));
-        let series = series.cut_to(most(series.f(), DEGREE)?, most(series.p(), VIEW_DEGREE)?);
+        let series = held_series(look)?;
         let light = TexelLight::new(look.light().environment(), SUM).ok()?;
         let tables = ProductTables::new(&light, &Tables::new(series.f()));
         Some(Self { series, tables })
-    }
-
-    /// Whether a shot takes so many samples that samplers are worth making.
-    pub(super) fn is_worth(shot: &Shot) -> bool {
-        shot.light_samples.saturating_mul(shot.samples.saturating_mul(shot.samples)) >= MIN_SAMPLES
     }
 
     /// The sum of the channels of the lobe of a surface with this normal, toward a view.
@@ -87,21 +63,6 @@ impl ProductSampling {
         let options = ProductOptions { uniform_share, ..ProductOptions::default() };
         ProductSampler::new(&self.tables, &f, options).ok()
     }
-}
-
-/// The share of the lobe's energy, seen 30 degrees from the normal, that the degrees up to [`DEGREE`] hold:
-/// by its values all around, not by the series, which may have been cut for a soft light.
-fn is_held(look: &Look, series: &BrdfCoefficients) -> bool {
-    const DIRECTIONS: usize = 8192;
-    let Some(material) = look.material() else { return false };
-    let view = Direction::from_angles(FRAC_PI_6, 0.0);
-    let square = |rgb: [f64; 3]| rgb.iter().map(|value| value * value).sum::<f64>();
-    let whole = (0..DIRECTIONS).map(|index| square(material.rho_hat(spiral(index, DIRECTIONS), view)));
-    let whole = whole.sum::<f64>() * 4.0 * PI / DIRECTIONS as f64;
-    let lobe = series.at_view(Direction::Z, Direction::X, view);
-    let rows = (DEGREE + 1) * (DEGREE + 1);
-    let held: f64 = lobe.coefficients().iter().take(rows).map(|rgb| square(*rgb)).sum();
-    held >= HELD * whole
 }
 
 impl fmt::Debug for ProductSampling {

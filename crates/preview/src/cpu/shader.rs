@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::cancellation::PeriodicCheck;
 use super::product_sampling::{BandSamplers, ProductSampling};
 use super::rasteriser::Hit;
-use crate::shading::brute_force::{Prepared, brute_force_past};
+use crate::shading::brute_force::{Prepared, Product, brute_force_past};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
 use crate::shading::irradiance::{Irradiance, irradiance};
@@ -18,6 +18,7 @@ use crate::shading::lamps::{PackedLamps, lamps, lamps_past};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
 use crate::shading::prefiltered::{PrefilteredMap, prefiltered};
+use crate::shading::product_samples;
 use crate::shading::sequence::Sequence;
 use crate::shading::shadows::Shadows;
 use crate::shading::taps::{Levels, PackedTaps, taps_radiance};
@@ -151,7 +152,7 @@ impl<'a> Shader<'a> {
         let beside_table =
             |k: usize| cache.beside_table[k].get_or_init(|| PackedLamps::beside_map(look, mode));
         let brute = || once(&cache.brute, || Prepared::new(look));
-        let product = || match ProductSampling::is_worth(shot) {
+        let product = || match product_samples::is_worth(shot) {
             true => cache.product.get_or_init(|| ProductSampling::new(look)).as_ref(),
             false => None,
         };
@@ -247,6 +248,7 @@ impl<'a> Shader<'a> {
             }
             Self::BruteForce(prepared, product) => {
                 let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
+                let product = product.map(|sampler| Product::always(sampler));
                 let sum = |samples| brute_force_past(prepared, product, surface, sequence, samples, |_| true);
                 averaged(light_samples, check, sum)?
             }
@@ -255,6 +257,7 @@ impl<'a> Shader<'a> {
                 let point = shadows.at(surface, hit.position);
                 let sees = |direction| point.sees(direction);
                 let product = product.and_then(|of| samplers.get(of, surface.normal, surface.view));
+                let product = product.map(|sampler| Product::always(sampler));
                 let sum = |samples| brute_force_past(prepared, product, surface, sequence, samples, sees);
                 averaged(light_samples, check, sum)?
             }

@@ -18,7 +18,7 @@ use super::memory::TEXELS;
 use super::mesh::Shape;
 use crate::shading::material::PackedMaterial;
 use crate::shading::shadows::NO_SHADOWS;
-use crate::shading::{lobe_sampling, material, sequence};
+use crate::shading::{lobe_sampling, material, product_samples, product_tables, sequence};
 use crate::{Look, Mode};
 
 const FRAME: &str = include_str!("frame.wgsl");
@@ -28,6 +28,7 @@ const COLOURED: &str = include_str!("coloured.wgsl");
 const TEXTURED: &str = include_str!("textured.wgsl");
 const SHADE: &str = include_str!("shade.wgsl");
 const UPDATE: &str = include_str!("update.wgsl");
+const PRODUCT: &str = include_str!("product.wgsl");
 const DEVELOP_PASS: &str = include_str!("develop.wgsl");
 pub(super) const TURNED_LIGHT: &str = include_str!("../shading/turned_light.wgsl");
 const SHADED: &str = include_str!("shaded.wgsl");
@@ -67,6 +68,7 @@ pub(super) struct Layouts {
     pub(super) present: wgpu::BindGroupLayout,
     pub(super) vertex_light: wgpu::BindGroupLayout,
     pub(super) light: wgpu::BindGroupLayout,
+    pub(super) product: wgpu::BindGroupLayout,
     pub(super) shadowed: wgpu::BindGroupLayout,
     pub(super) lamps: wgpu::BindGroupLayout,
     pub(super) shadowed_lamps: wgpu::BindGroupLayout,
@@ -79,6 +81,7 @@ pub(super) struct Pipelines {
     device: wgpu::Device,
     pub(super) raster: wgpu::RenderPipeline,
     pub(super) update: wgpu::ComputePipeline,
+    pub(super) product: wgpu::ComputePipeline,
     pub(super) develop: wgpu::ComputePipeline,
     pub(super) present: wgpu::RenderPipeline,
     /// The pipeline that draws objects shaded by a BRDF table.
@@ -174,7 +177,8 @@ impl Layouts {
                     entry(5, vertex, read()),
                 ],
             ),
-            light: layout("light and material", &[0, 1, 2].map(|binding| entry(binding, compute, read()))),
+            light: layout("light and material", &[0, 1, 2, 8].map(|binding| entry(binding, compute, read()))),
+            product: layout("the product of light and material", &[entry(0, compute, write())]),
             shadowed: layout(
                 "light, material and shadows",
                 &[
@@ -183,6 +187,7 @@ impl Layouts {
                     entry(2, compute, read()),
                     entry(4, compute, read()),
                     entry(5, compute, uniform()),
+                    entry(8, compute, read()),
                 ],
             ),
             lamps: layout("lamps and material", &[1, 3].map(|binding| entry(binding, compute, read()))),
@@ -223,6 +228,7 @@ impl Pipelines {
                 &[None, Some(&layouts.map), Some(&layouts.update)],
                 &update_source(),
             ),
+            product: compute(device, "make_product_tables", &[Some(&layouts.product)], &product_source()),
             develop: compute(
                 device,
                 "develop_samples",
@@ -313,6 +319,7 @@ pub(super) fn sources() -> Vec<(String, String)> {
     let mut sources = vec![
         ("raster".to_owned(), RASTER.to_owned()),
         ("update".to_owned(), update_source()),
+        ("product".to_owned(), product_source()),
         ("develop".to_owned(), develop_source(&[UNTEXTURED])),
         ("coloured".to_owned(), coloured_source()),
         ("develop with textures".to_owned(), develop_source(&[BASE_COLOR, TEXTURED])),
@@ -327,6 +334,10 @@ pub(super) fn sources() -> Vec<(String, String)> {
 
 fn update_source() -> String {
     [MAP, SURFACE, CUBE, HARMONICS, GLOBAL_SHRM, UPDATE].concat()
+}
+
+fn product_source() -> String {
+    [ANGLES, &product_tables::shader(), PRODUCT].concat()
 }
 
 /// What development shows without textures.
@@ -377,7 +388,7 @@ fn mode_source(mode: Mode, models: &BTreeSet<u32>) -> String {
 /// The files of a mode for materials of these models, and the radiance that it shows.
 pub(super) fn mode_files(mode: Mode, models: &BTreeSet<u32>) -> (String, &'static str) {
     let (material, lobe_sampling) = (material::shader(models), lobe_sampling::shader());
-    let sequence = sequence::shader();
+    let (sequence, product_samples) = (sequence::shader(), product_samples::shader());
     let (files, value): (&[&str], _) = match mode {
         Mode::LocalShrm => (
             &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/local_shrm.wgsl")],
@@ -407,13 +418,13 @@ pub(super) fn mode_files(mode: Mode, models: &BTreeSet<u32>) -> (String, &'stati
         // Its lamps are added by `shadowed_lamps_source`.
         Mode::Transfer => (&[], "textureLoad(map, pixel, 0, 0).rgb"),
         Mode::BruteForce => (
-            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, NO_SHADOWS],
+            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, &product_samples, BRUTE_FORCE, NO_SHADOWS],
             "before + brute_force(surface, sequence_new(part.points, frame_number(pixel)), part.first, part.count)",
         ),
         // The CPU draws diagrams.
         Mode::Samples => (&[], "vec3f()"),
         Mode::ShadowedBruteForce => (
-            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, BRUTE_FORCE, SHADOWS],
+            &[&sequence, LIGHT_SAMPLES, &material, &lobe_sampling, &product_samples, BRUTE_FORCE, SHADOWS],
             "before + brute_force(shadows_at(surface, textureLoad(map, pixel, 0, 0).xyz), \
              sequence_new(part.points, frame_number(pixel)), part.first, part.count)",
         ),

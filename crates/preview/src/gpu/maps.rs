@@ -8,8 +8,9 @@ use taps::ScaleSpace;
 use wgpu::{BufferUsages, TextureUsages, TextureViewDescriptor, TextureViewDimension};
 
 use super::device::Device;
-use super::layouts::Layouts;
+use super::layouts::{Layouts, Pipelines};
 use super::memory::TEXELS;
+use super::product::ProductBuffer;
 use crate::layered_map::{LayeredMap, MapProperties};
 use crate::shading::brute_force::Prepared;
 use crate::shading::harmonics::Harmonics;
@@ -17,6 +18,7 @@ use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
 use crate::shading::numbers::centre;
+use crate::shading::product_tables::ProductTables;
 use crate::shading::taps::{Levels, PackedTaps};
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
@@ -67,6 +69,8 @@ pub(super) struct LookMaps {
     pub(super) degree: usize,
     /// Light, material and lobes of brute force, which has no map.
     pub(super) samples: Option<LightSampling>,
+    /// The tables of the product of light and material; `None` inside if there are none.
+    product: Option<Option<ProductBuffer>>,
     /// The lights beside the maps of the modes that add them, and the material that reflects them.
     pub(super) lamps: HashMap<Mode, LampBuffers>,
     /// The buffers of [`Mode::Taps`].
@@ -79,8 +83,25 @@ pub(super) struct LookMaps {
 #[derive(Debug)]
 pub(super) struct LightSampling {
     pub(super) bound: wgpu::BindGroup,
-    /// Light, material and lobes: bindings 0, 1 and 2.
-    pub(super) buffers: [wgpu::Buffer; 3],
+    /// Light, material, lobes and product: [`LightSampling::BINDINGS`].
+    pub(super) buffers: [wgpu::Buffer; 4],
+}
+
+impl LightSampling {
+    /// The bindings of the buffers.
+    pub(super) const BINDINGS: [u32; 4] = [0, 1, 2, 8];
+
+    fn new(device: &Device, layouts: &Layouts, buffers: [wgpu::Buffer; 4]) -> Self {
+        let entries = Self::BINDINGS.into_iter().zip(&buffers);
+        let entries = entries
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+        let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("light and material"),
+            layout: &layouts.light,
+            entries: &entries.collect::<Vec<_>>(),
+        });
+        Self { bound, buffers }
+    }
 }
 
 /// The buffers of the lights beside a map.
@@ -179,19 +200,43 @@ impl LookMaps {
             let material = device.filled("the material", usage, material.words())?;
             let lobes = device.filled("the material's lobes", usage, &prepared.lobes().words())?;
             let light = lights.samples(device, &prepared)?.clone();
-            let buffers = [light, material, lobes];
-            let entries = [0, 1, 2].map(|binding| wgpu::BindGroupEntry {
-                binding,
-                resource: buffers[binding as usize].as_entire_binding(),
-            });
-            let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("light and material"),
-                layout: &layouts.light,
-                entries: &entries,
-            });
-            self.samples = Some(LightSampling { bound, buffers });
+            let product = device.filled("no product", usage, &[0.0_f32; 4])?;
+            self.samples = Some(LightSampling::new(device, layouts, [light, material, lobes, product]));
         }
         Ok(())
+    }
+
+    /// Makes the tables of the product of a look for a view, unless they exist or there are none.
+    /// [`LookMaps::samples`] are made before.
+    pub(super) fn prepare_product(
+        &mut self,
+        device: &Device,
+        layouts: &Layouts,
+        pipelines: &Pipelines,
+        look: &Look,
+        view: glam::Vec3,
+    ) -> Result<(), RenderError> {
+        if self.product.is_none() {
+            let tables = ProductTables::new(look);
+            let product = tables.map(|tables| ProductBuffer::new(device, layouts, tables)).transpose()?;
+            if let (Some(product), Some(samples)) = (&product, &mut self.samples) {
+                let [light, material, lobes, _] = samples.buffers.clone();
+                let buffers = [light, material, lobes, product.buffer.clone()];
+                *samples = LightSampling::new(device, layouts, buffers);
+            }
+            self.product = Some(product);
+        }
+        if let Some(Some(product)) = &mut self.product {
+            product.update(device, pipelines, view);
+        }
+        Ok(())
+    }
+
+    /// From now on no samples follow the product, until [`LookMaps::prepare_product`] is called.
+    pub(super) fn clear_product(&mut self, device: &Device) {
+        if let Some(Some(product)) = &mut self.product {
+            product.clear(device);
+        }
     }
 
     /// Makes the [`LookMaps::lamps`] of a mode unless they exist.

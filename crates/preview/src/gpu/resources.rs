@@ -16,8 +16,9 @@ use super::shadow_tree::{ShadowTree, ShadowUniforms};
 use super::textures::Textures;
 use super::vertex_light::VertexLight;
 use crate::shading::harmonics::Harmonics;
+use crate::shading::product_samples;
 use crate::vertex_light::ShadedMesh;
-use crate::{Background, Light, Look, Mode, Object, RenderError, Scene, Shot};
+use crate::{Background, Light, Look, Mode, Object, RenderError, Scene, Shot, ViewTransform};
 
 /// The pipelines, and the resources of scenes.
 #[derive(Debug)]
@@ -76,8 +77,15 @@ impl Resources {
         })
     }
 
-    /// Makes the resources that a shot of a scene needs, and drops those that the scene does not use.
-    pub(super) fn prepare(&mut self, scene: &Scene, shot: &Shot) -> Result<(), RenderError> {
+    /// Makes the resources that a shot of a scene needs for so many of its light samples, and drops those that
+    /// the scene does not use.
+    pub(super) fn prepare(
+        &mut self,
+        scene: &Scene,
+        shot: &Shot,
+        light_samples: u32,
+    ) -> Result<(), RenderError> {
+        let view = ViewTransform::new(shot).view;
         let objects = || scene.objects.iter();
         self.meshes.retain(objects().map(|object| &object.mesh));
         self.trees.retain(objects().map(Object::occluder));
@@ -144,6 +152,11 @@ impl Resources {
                     Mode::BruteForce | Mode::ShadowedBruteForce => {
                         let maps = self.looks.get_or_make(&object.look, || Ok(LookMaps::default()))?;
                         maps.prepare_samples(device, layouts, &object.look, lights)?;
+                        if !product_samples::is_worth(shot) {
+                            maps.clear_product(device);
+                        } else if light_samples > product_samples::FIRST {
+                            maps.prepare_product(device, layouts, &self.pipelines, &object.look, view)?;
+                        }
                         if let (Mode::ShadowedBruteForce, Some(samples)) = (mode, &maps.samples) {
                             let tree = self.trees.get_or_make(object.occluder(), || {
                                 ShadowTree::new(device, object.occluder())

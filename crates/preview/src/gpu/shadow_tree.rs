@@ -52,8 +52,7 @@ impl ShadowTree {
         samples: &LightSampling,
         uniforms: ShadowUniforms,
     ) -> Result<wgpu::BindGroup, RenderError> {
-        let [light, material, lobes] = &samples.buffers;
-        let buffers = [(0, light), (1, material), (2, lobes)];
+        let buffers: Vec<_> = LightSampling::BINDINGS.into_iter().zip(&samples.buffers).collect();
         self.bound_with(device, &layouts.shadowed, &buffers, uniforms)
     }
 

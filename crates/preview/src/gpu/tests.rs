@@ -8,6 +8,8 @@ use sphere::{LatLong, Rotation};
 
 use super::*;
 use crate::shading::material::all_models;
+use crate::shading::product_samples;
+use crate::shading::product_tables::{CELLS, ProductTables, ViewAxes};
 use crate::{Background, Light, Look, MapSizes};
 
 /// A device; without one the test is skipped with a message.
@@ -252,18 +254,38 @@ fn a_picture_is_cancelled() {
     assert_eq!(gpu.render(&scene, &shot, Stop::when(&stop)), Err(RenderError::Cancelled));
 }
 
-/// A picture refined over several calls equals one drawn at once.
+/// A picture refined over several calls equals one drawn at once, with samples of the product and without. The
+/// tables of another view are made again.
 #[test]
 fn brute_force_accumulates_while_the_view_stays() {
     let Some(mut gpu) = gpu("brute_force_accumulates_while_the_view_stays") else { return };
     let scene = scene();
     let show = Show::Difference { of: Mode::LocalShrm, from: Mode::BruteForce, amplify: 1.0 };
-    let shot = Shot { show, samples: 2, ..shot(&scene, Mode::BruteForce) };
-    let target = target(&gpu, shot.size);
+    let plain = Shot { show, samples: 2, ..shot(&scene, Mode::BruteForce) };
+    let target = target(&gpu, plain.size);
+    for light_samples in [12, 100] {
+        let shot = Shot { light_samples, ..plain.clone() };
+        assert_eq!(product_samples::is_worth(&shot), light_samples == 100);
+        assert_draws_as_it_renders(&mut gpu, &scene, &shot, &target);
+        // Another exposure keeps the light samples, another view does not.
+        let brighter = Shot { exposure: 1.0, ..shot.clone() };
+        assert_eq!(gpu.draw(&scene, &brighter, &target).unwrap().light_samples, light_samples);
+        let mut turned = shot.clone();
+        turned.camera.yaw += 0.1;
+        // A fast device would draw all of them at once.
+        gpu.sample_budget = SampleBudget::default();
+        assert_eq!(gpu.draw(&scene, &turned, &target).unwrap().light_samples, 1);
+        assert_draws_as_it_renders(&mut gpu, &scene, &turned, &target);
+    }
+}
+
+/// Draws until a picture is finished: its RMS is that of one rendered at once, by a renderer that has drawn
+/// nothing before.
+fn assert_draws_as_it_renders(gpu: &mut Gpu, scene: &Scene, shot: &Shot, target: &wgpu::TextureView) {
     let start = std::time::Instant::now();
     let mut last = DrawProgress::default();
     loop {
-        let drawn = gpu.draw(&scene, &shot, &target).unwrap();
+        let drawn = gpu.draw(scene, shot, target).unwrap();
         assert!(
             drawn.light_samples >= last.light_samples.max(1) && drawn.light_samples <= shot.light_samples
         );
@@ -274,18 +296,126 @@ fn brute_force_accumulates_while_the_view_stays() {
         assert!(start.elapsed().as_secs() < 300, "it never ends: {drawn:?}");
     }
     assert_eq!(last.light_samples, shot.light_samples);
-    let whole = gpu.render(&scene, &shot, Stop::NEVER).unwrap();
+    let whole = Gpu::new().unwrap().render(scene, shot, Stop::NEVER).unwrap();
     let (found, expected) = (last.relative_rms.unwrap(), whole.relative_rms.unwrap());
     // Partial sums of other lengths: rounding of f32.
     assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
-    // Another exposure keeps the light samples, another view does not.
-    let brighter = Shot { exposure: 1.0, ..shot.clone() };
-    assert_eq!(gpu.draw(&scene, &brighter, &target).unwrap().light_samples, shot.light_samples);
-    let mut turned = shot.clone();
-    turned.camera.yaw += 0.1;
-    // A fast device would draw all of them at once.
-    gpu.sample_budget = SampleBudget::default();
-    assert_eq!(gpu.draw(&scene, &turned, &target).unwrap().light_samples, 1);
+}
+
+/// A look of rough gold in a dim room with windows.
+fn gold_in_a_room() -> Arc<Look> {
+    let grid = LatLong::with_rows(48);
+    let pixel = |k: usize| {
+        let w = grid.direction(k / grid.width, k % grid.width).vector();
+        let pane = (5.0 * w.x + 1.0).sin() > 0.6 && (4.0 * w.z).cos() > 0.3 && w.y > -0.4;
+        [0.2, 0.2, 0.3].map(|dim| if pane { 30.0 } else { dim })
+    };
+    let room = Environment::new(grid, (0..grid.len()).map(pixel).collect()).unwrap();
+    let light = Arc::new(Light::new(room, None));
+    let gold = brdf::Fresnel::Conductor { n: [0.14, 0.43, 1.4], k: [4.1, 2.4, 1.9] };
+    let gold = Material::Ggx(brdf::Ggx::new(0.45, gold, [1.0; 3]).unwrap());
+    let choice = Choice::Degree { f: Degree::new(19).unwrap(), p: Degree::new(16).unwrap() };
+    let coefficients = project(&gold, choice, Stop::NEVER).unwrap().coefficients;
+    let reflection = Reflection::convolve(light.lighting(), &coefficients);
+    Arc::new(Look::new(light, reflection, Some(gold), MapSizes { edge: 8, slices: 4 }))
+}
+
+/// The tables that the device makes are those of the twin, but for texels of lobes at whose edge a rounded
+/// direction lies, and those of a view that was drawn before.
+#[test]
+fn the_tables_of_the_product_match_their_twin() {
+    let Some(gpu) = gpu("the_tables_of_the_product_match_their_twin") else { return };
+    let Resources { device, layouts, pipelines, .. } = &gpu.resources;
+    let (look, tables) = (gold_in_a_room(), |look: &Look| ProductTables::new(look).unwrap());
+    let mut buffer = product::ProductBuffer::new(device, layouts, tables(&look)).unwrap();
+    let expected = tables(&look);
+    for view in [glam::Vec3::Z, glam::Vec3::new(0.48, -0.36, -0.8)] {
+        buffer.update(device, pipelines, view);
+        let readback = Readback::start(device, &buffer.buffer).unwrap();
+        device.wait().unwrap();
+        let found = readback.take::<f32>(device).unwrap();
+        let axes = ViewAxes::new(view);
+        let header = expected.header(axes);
+        assert_eq!(found[..header.len()], header);
+        let cells = found[header.len() + expected.fixed().len()..].chunks_exact(expected.stride());
+        let (mut apart, mut count) = (0, 0);
+        for (cell, found) in cells.take((CELLS * CELLS) as usize).enumerate() {
+            // A cell whose middle is in the disc of normals that face the viewer.
+            let middle = |place: usize| (place as f32 + 0.5) * 2.0 / CELLS as f32 - 1.0;
+            if middle(cell % CELLS as usize).hypot(middle(cell / CELLS as usize)) > 1.0 {
+                continue;
+            }
+            for (found, expected) in found.iter().zip(expected.table(axes, cell)) {
+                apart += usize::from((found - expected).abs() > 1e-5);
+                count += 1;
+            }
+        }
+        assert!(count > (CELLS * CELLS) as usize * expected.stride() * 3 / 4, "{count}");
+        assert!(apart < count / 100, "{apart} of {count}");
+    }
+}
+
+/// Pictures of two sizes, whose pixels have other points. The oracle has many even points and follows no
+/// product, nor do the pictures that the noise is compared with.
+#[test]
+fn pictures_by_the_product_have_a_third_of_the_noise_and_the_same_mean() {
+    let test = "pictures_by_the_product_have_a_third_of_the_noise_and_the_same_mean";
+    let Some(mut gpu) = gpu(test) else { return };
+    let look = gold_in_a_room();
+    let plain = Look::without_maps(Arc::clone(look.light()), look.material().unwrap().clone(), look.sizes());
+    let ball = Arc::new(::mesh::shape("sphere").unwrap());
+    let [followed, plain] = [look, Arc::new(plain)].map(|look| Scene::of(Arc::clone(&ball), look));
+    for mode in [Mode::BruteForce, Mode::ShadowedBruteForce] {
+        let (mut squares, mut error_sum, mut truth_sum) = ([0.0; 2], 0.0, 0.0);
+        for side in [32, 37] {
+            let shot = Shot {
+                size: [side, side],
+                light_samples: 256,
+                points: PointSet::Random,
+                ..shot(&plain, mode)
+            };
+            let many = Shot {
+                light_samples: 1 << 14,
+                points: PointSet::Even,
+                show: Show::One(Mode::BruteForce),
+                ..shot.clone()
+            };
+            let truth = crate::Cpu::new().render(&plain, &many, Stop::NEVER).unwrap();
+            for (place, scene) in [&followed, &plain].into_iter().enumerate() {
+                let picture = gpu.render(scene, &shot, Stop::NEVER).unwrap();
+                for (found, truth) in picture.radiance.iter().zip(&truth.radiance) {
+                    if found[3] < 1.0 || truth[3] < 1.0 {
+                        continue;
+                    }
+                    let all = |radiance: &[f32; 4]| radiance[..3].iter().map(|v| f64::from(*v)).sum::<f64>();
+                    let error = all(found) - all(truth);
+                    squares[place] += error * error;
+                    if place == 0 {
+                        error_sum += error;
+                        truth_sum += all(truth);
+                    }
+                }
+            }
+        }
+        let [by_product, without] = squares.map(f64::sqrt);
+        assert!(3.0 * by_product < without, "{mode:?}: {by_product} {without}");
+        // The errors of pixels are independent: their sum is within 4 of its deviations, and the truth's 0.1 %.
+        let allowed = 4.0 * by_product + 1e-3 * truth_sum;
+        assert!(f64::abs(error_sum) < allowed, "{mode:?}: {error_sum} {by_product} {truth_sum}");
+    }
+}
+
+/// Tables of a shot with many samples are not followed by one with few.
+#[test]
+fn few_samples_follow_no_product() {
+    let Some(mut gpu) = gpu("few_samples_follow_no_product") else { return };
+    let scene = Scene::of(Arc::new(::mesh::shape("sphere").unwrap()), gold_in_a_room());
+    let few = Shot { light_samples: 200, ..shot(&scene, Mode::BruteForce) };
+    let many = Shot { light_samples: 300, ..few.clone() };
+    let before = gpu.render(&scene, &few, Stop::NEVER).unwrap();
+    let by_product = gpu.render(&scene, &many, Stop::NEVER).unwrap();
+    assert_eq!(gpu.render(&scene, &few, Stop::NEVER).unwrap(), before);
+    assert_eq!(gpu.render(&scene, &many, Stop::NEVER).unwrap(), by_product);
 }
 
 /// Compares the codes that are presented in the columns of the diagram with those that the CPU draws, before

@@ -8,8 +8,9 @@
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample
 //! is larger than with the better kind alone.
 //!
-//! On the CPU, where many samples are taken, half of them follow the product of light and material
-//! ([`sampling::ProductSampler`]), in the same heuristic. A device has the first two kinds only.
+//! Where many samples are taken, nine of ten follow the product of light and material, in the same heuristic:
+//! on the CPU by [`sampling::ProductSampler`], on a device by tables ([`super::product_samples`]). Their
+//! contributions are nearly equal where the others' are not, so most of the noise is that of the tenth.
 //!
 //! Light is distant, and surfaces cast no shadows, unless those of [`super::shadows`] are wanted. The sum
 //! converges to `shrm::reference::Reference`, which integrates over the same texels.
@@ -22,11 +23,11 @@ use std::sync::Arc;
 
 use brdf::Material;
 use glam::{Mat3, Vec3};
-use sampling::ProductSampler;
 
 use super::light_samples::LightSamples;
 use super::lobe_sampling::LobeSampling;
 use super::material;
+use super::product_samples::{ProductDirections, SHARE};
 use super::sequence::Sequence;
 use super::surface::Surface;
 use crate::{Look, RenderError};
@@ -88,15 +89,27 @@ pub fn brute_force(prepared: &Prepared, surface: &Surface, sequence: Sequence, s
     brute_force_past(prepared, None, surface, sequence, samples, |_| true)
 }
 
-/// The share of samples that follow the product, if there is a sampler of it.
-const PRODUCT: f32 = 0.5;
+/// Directions that follow the product of light and material from some light sample on.
+#[derive(Clone, Copy)]
+pub(crate) struct Product<'a> {
+    pub(crate) directions: &'a dyn ProductDirections,
+    /// The number of samples before.
+    pub(crate) first: u32,
+}
+
+impl<'a> Product<'a> {
+    /// Directions that the samples follow from the first on.
+    pub(crate) fn always(directions: &'a dyn ProductDirections) -> Self {
+        Self { directions, first: 0 }
+    }
+}
 
 /// [`brute_force`] of the light that arrives: `sees` says for a direction, in the light's frame, whether
-/// light from there does. Half of the samples follow a `product` of light and material, if there is one, in
-/// the light's frame; the density of all is then c' p_product + (1 - c') (c p_light + (1 - c) p_lobes).
+/// light from there does. Most samples follow a `product` of light and material, if there is one; the density
+/// of all is then c' p_product + (1 - c') (c p_light + (1 - c) p_lobes).
 pub(crate) fn brute_force_past(
     prepared: &Prepared,
-    product: Option<&ProductSampler>,
+    product: Option<Product<'_>>,
     surface: &Surface,
     sequence: Sequence,
     samples: Range<u32>,
@@ -108,15 +121,15 @@ pub(crate) fn brute_force_past(
     let view = to_surface * surface.view;
     let outgoing = material::direction(view);
     let share = lobes.light();
-    let product_share = if product.is_some() { PRODUCT } else { 0.0 };
     let mut sum = Vec3::ZERO;
     for i in samples {
+        let product = product.filter(|product| i >= product.first).map(|product| product.directions);
+        let product_share = if product.is_some() { SHARE } else { 0.0 };
         let [choice, along] = sequence.point(i);
         let rest = below_1((choice - product_share) / (1.0 - product_share));
         let (incident, lit) = if let Some(product) = product.filter(|_| choice < product_share) {
-            let direction = product.sample([below_1(choice / product_share), along]).direction;
-            let direction = Vec3::from_array(direction);
-            (to_surface * direction, light.at(direction))
+            let lit = product.sample(light, [below_1(choice / product_share), along]);
+            (to_surface * lit.direction, lit)
         } else if rest < share {
             let lit = light.sample([below_1(rest / share), along]);
             (to_surface * lit.direction, lit)
@@ -131,7 +144,7 @@ pub(crate) fn brute_force_past(
         }
         let mut density = share * lit.density + (1.0 - share) * lobes.density(incident, view);
         if let Some(product) = product {
-            let of_product = product.density((frame * incident).to_array());
+            let of_product = product.density(light, frame * incident, &lit);
             density = product_share * of_product + (1.0 - product_share) * density;
         }
         if density > 0.0 {

@@ -25,6 +25,7 @@
 //! to their last place.
 
 use std::f32::consts::{PI, TAU};
+use std::ops::Range;
 
 use envmap::Environment;
 use glam::Vec3;
@@ -50,6 +51,8 @@ pub struct LightSample {
     pub radiance: Vec3,
     /// The density of samples.
     pub density: f32,
+    /// The row and the column of the texel.
+    pub texel: [u32; 2],
 }
 
 impl LightSamples {
@@ -110,9 +113,50 @@ impl LightSamples {
         let (rows, columns) = self.steps(row, column);
         let z = top - (point[1] - above) / rows * fall;
         let across = (point[0] - left) / columns;
-        let level = (1.0 - z * z).max(0.0).sqrt();
-        let turn = circle(0.5 - (column as f32 + across) / width as f32);
-        self.lit((turn * level).extend(z), row, column)
+        self.lit(direction(z, (column as f32 + across) / width as f32), row, column)
+    }
+
+    /// The sample in some texels of a row that have light, for a share of their light and one of the row's
+    /// height.
+    pub(crate) fn sample_between(&self, row: usize, columns: Range<usize>, point: [f32; 2]) -> LightSample {
+        let [width, _] = self.size;
+        let texels = self.texels(row);
+        let at = |column: usize| self.elements[texels + column][3];
+        let share = at(columns.start) + point[0] * (at(columns.end) - at(columns.start));
+        let (mut column, mut left) = (columns.start, columns.len());
+        while left > 1 {
+            let middle = column + left / 2;
+            if at(middle) <= share {
+                column = middle;
+            }
+            left -= left / 2;
+        }
+        let [top, fall, ..] = self.elements[1 + row];
+        let across = ((share - at(column)) / (at(column + 1) - at(column)).max(1e-30)).clamp(0.0, 1.0);
+        self.lit(direction(top - point[1] * fall, (column as f32 + across) / width as f32), row, column)
+    }
+
+    /// The density of [`LightSamples::sample_between`] in a texel, in 1/sr.
+    pub(crate) fn density_between(&self, row: usize, columns: Range<usize>, column: usize) -> f32 {
+        let [_, _, per_solid_angle, _] = self.elements[1 + row];
+        let texels = self.texels(row);
+        let between = |columns: Range<usize>| {
+            self.elements[texels + columns.end][3] - self.elements[texels + columns.start][3]
+        };
+        between(column..column + 1) / between(columns).max(1e-30) * per_solid_angle
+    }
+
+    /// The share of all samples that are in some texels of a row.
+    pub(crate) fn share_between(&self, row: usize, columns: Range<usize>) -> f64 {
+        let texels = self.texels(row);
+        let of_row = self.elements[2 + row][3] - self.elements[1 + row][3];
+        let between = self.elements[texels + columns.end][3] - self.elements[texels + columns.start][3];
+        f64::from(of_row) * f64::from(between)
+    }
+
+    /// The columns and rows of texels.
+    pub(crate) fn size(&self) -> [usize; 2] {
+        self.size
     }
 
     /// The light from a direction, a unit vector.
@@ -129,7 +173,12 @@ impl LightSamples {
         let (rows, columns) = self.steps(row, column);
         let [_, _, per_solid_angle, _] = self.elements[1 + row];
         let [r, g, b, _] = self.elements[self.texels(row) + column];
-        LightSample { direction, radiance: Vec3::new(r, g, b), density: rows * columns * per_solid_angle }
+        LightSample {
+            direction,
+            radiance: Vec3::new(r, g, b),
+            density: rows * columns * per_solid_angle,
+            texel: [row as u32, column as u32],
+        }
     }
 
     /// The steps of the distributions of rows and columns over a texel.
@@ -158,6 +207,12 @@ impl LightSamples {
         }
         place
     }
+}
+
+/// The direction at a height, so far around from the left edge of the grid, in turns.
+fn direction(z: f32, around: f32) -> Vec3 {
+    let level = (1.0 - z * z).max(0.0).sqrt();
+    (circle(0.5 - around) * level).extend(z)
 }
 
 /// The length of a guide: one entry for four places, so that the places between two entries mostly share a

@@ -10,6 +10,8 @@ struct LightSample {
     direction: vec3f,
     radiance: vec3f,
     density: f32,
+    // The row and the column of the texel.
+    texel: vec2u,
 }
 
 struct LightGrid {
@@ -36,9 +38,44 @@ fn light_samples_draw(point: vec2f) -> LightSample {
     let steps = light_samples_steps(grid, row, column);
     let z = of_row.x - (point.y - of_row.w) / steps.y * of_row.y;
     let across = (point.x - left) / steps.x;
+    let direction = light_samples_direction(z, (f32(column) + across) / f32(grid.size.x));
+    return light_samples_lit(grid, direction, row, column);
+}
+
+// The sample between two columns of a row that have light between them, for a share of that light and one of
+// the row's height.
+fn light_samples_draw_between(grid: LightGrid, row: u32, columns: vec2u, point: vec2f) -> LightSample {
+    let texels = light_samples_texels(grid, row);
+    let first = light_samples[texels + columns.x].w;
+    let share = first + point.x * (light_samples[texels + columns.y].w - first);
+    var column = columns.x;
+    var left = columns.y - columns.x;
+    while left > 1u {
+        let middle = column + left / 2u;
+        column = select(column, middle, light_samples[texels + middle].w <= share);
+        left -= left / 2u;
+    }
+    let before = light_samples[texels + column].w;
+    let step = light_samples[texels + column + 1u].w - before;
+    let across = clamp((share - before) / max(step, 1e-30), 0.0, 1.0);
+    let of_row = light_samples[1u + row];
+    let z = of_row.x - point.y * of_row.y;
+    let direction = light_samples_direction(z, (f32(column) + across) / f32(grid.size.x));
+    return light_samples_lit(grid, direction, row, column);
+}
+
+// The density of `light_samples_draw_between` in a texel, in 1/sr.
+fn light_samples_density_between(grid: LightGrid, row: u32, columns: vec2u, column: u32) -> f32 {
+    let texels = light_samples_texels(grid, row);
+    let step = light_samples[texels + column + 1u].w - light_samples[texels + column].w;
+    let all = light_samples[texels + columns.y].w - light_samples[texels + columns.x].w;
+    return step / max(all, 1e-30) * light_samples[1u + row].z;
+}
+
+// The direction at a height, so far around from the left edge of the grid, in turns.
+fn light_samples_direction(z: f32, around: f32) -> vec3f {
     let level = sqrt(max(1.0 - z * z, 0.0));
-    let turn = angles_circle(0.5 - (f32(column) + across) / f32(grid.size.x));
-    return light_samples_lit(grid, vec3f(turn * level, z), row, column);
+    return vec3f(angles_circle(0.5 - around) * level, z);
 }
 
 // The light from a direction, a unit vector.
@@ -56,7 +93,7 @@ fn light_samples_lit(grid: LightGrid, direction: vec3f, row: u32, column: u32) -
     let steps = light_samples_steps(grid, row, column);
     let per_solid_angle = light_samples[1u + row].z;
     let radiance = light_samples[light_samples_texels(grid, row) + column].rgb;
-    return LightSample(direction, radiance, steps.y * steps.x * per_solid_angle);
+    return LightSample(direction, radiance, steps.y * steps.x * per_solid_angle, vec2u(row, column));
 }
 
 // The steps of the distributions of columns and rows over a texel.

@@ -69,7 +69,7 @@ pub(super) fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
 }
 
 /// A direction perpendicular to a normal.
-fn across(normal: Vec3) -> Vec3 {
+pub(super) fn across(normal: Vec3) -> Vec3 {
     let other = if normal.z.abs() < 0.9 { Vec3::Z } else { Vec3::X };
     other.cross(normal).normalize()
 }

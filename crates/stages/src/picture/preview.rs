@@ -329,7 +329,7 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 7;
+    const REVISION: u32 = 8;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,

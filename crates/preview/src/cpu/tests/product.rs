@@ -2,10 +2,12 @@
 
 use brdf::{Fresnel, Ggx, KajiyaKay};
 use glam::Vec3;
+use sampling::ProductSampler;
 
 use super::*;
 use crate::cpu::product_sampling::{BandSamplers, OWN_SAMPLES, ProductSampling};
-use crate::shading::brute_force::{Prepared, brute_force_past};
+use crate::shading::brute_force::{Prepared, Product, brute_force_past};
+use crate::shading::product_samples::is_worth;
 use crate::shading::sequence::Sequence;
 
 /// Windows in a dim room.
@@ -23,6 +25,11 @@ fn soft() -> Arc<Look> {
     look(&light(48, windows), &ggx(0.5), [19, 16])
 }
 
+/// The samples of a sampler, if there is one.
+fn followed(sampler: Option<&ProductSampler>) -> Option<Product<'_>> {
+    sampler.map(|sampler| Product::always(sampler))
+}
+
 #[test]
 fn samples_of_the_product_halve_the_noise_and_keep_the_mean() {
     const SAMPLES: u32 = 256;
@@ -37,7 +44,8 @@ fn samples_of_the_product_halve_the_noise_and_keep_the_mean() {
         let sampler = samplers.get(&product, surface.normal, surface.view).unwrap();
         let mean = |sampler, number: u32, samples: u32| {
             let sequence = Sequence::new(PointSet::Even, number);
-            let sum: Vec3 = brute_force_past(&prepared, sampler, &surface, sequence, 0..samples, |_| true);
+            let sum: Vec3 =
+                brute_force_past(&prepared, followed(sampler), &surface, sequence, 0..samples, |_| true);
             f64::from(sum.element_sum()) / f64::from(samples)
         };
         // The truth without any sampler of the product.
@@ -75,7 +83,7 @@ fn lobes_that_the_series_does_not_hold_have_no_sampler() {
 fn few_samples_are_not_worth_a_sampler_and_pictures_with_it_do_not_depend_on_threads() {
     let few = shot([20, 14], Show::One(Mode::BruteForce));
     let many = Shot { light_samples: 64, samples: 2, ..few.clone() };
-    assert!(!ProductSampling::is_worth(&few) && ProductSampling::is_worth(&many));
+    assert!(!is_worth(&few) && is_worth(&many));
     let scene = Scene::of(sphere(), soft());
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -111,7 +119,7 @@ fn a_sun_lit_photograph_has_less_noise_by_the_product() {
     for surface in seen(&scene, &many).into_iter().flatten().map(|hit| hit.surface) {
         let sampler = samplers.get(&product, surface.normal, surface.view).unwrap();
         let mean = |prepared, sampler, sequence, samples: u32| {
-            let sum = brute_force_past(prepared, sampler, &surface, sequence, 0..samples, |_| true);
+            let sum = brute_force_past(prepared, followed(sampler), &surface, sequence, 0..samples, |_| true);
             f64::from(sum.element_sum()) / f64::from(samples)
         };
         let truth = mean(&both, None, Sequence::new(PointSet::Even, 77), 1 << 15);
