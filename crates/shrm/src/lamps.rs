@@ -140,11 +140,10 @@ impl Lamps {
     /// The radiance of lights that [`in_frame`] gives, toward a view in the frame of their central direction.
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
         let surface = self.material.centre().surface_frame(outgoing);
-        let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
-        let view = into_surface(outgoing);
-        let mut sum = LightSum::new(&self.material, self.material.turns(), view);
+        let view = Direction::normalised(surface * outgoing.vector());
+        let mut sum = LightSum::new(&self.material, self.material.turns(), view).turned(surface);
         for light in lights {
-            sum.add(into_surface(light.direction), light.flux);
+            sum.add(light.direction, light.flux);
         }
         sum.total()
     }
@@ -183,12 +182,12 @@ impl LampPoints<'_> {
         let surface = self.material.centre().surface_frame(outgoing);
         let (into_surface, view) = (surface * into_local, surface * outgoing.vector());
         let mirrored = DVec3::new(-view.x, -view.y, view.z);
-        let mut sum = LightSum::new(self.material, self.turns, Direction::normalised(view));
+        let mut sum =
+            LightSum::new(self.material, self.turns, Direction::normalised(view)).turned(into_surface);
         for lamp in &self.lamps {
             let centre = into_surface * lamp.light.direction.vector();
             for (direction, share) in lamp.points(centre, mirrored) {
-                let incident = Direction::normalised(into_surface * direction.vector());
-                sum.add(incident, lamp.flux.map(|flux| flux * share));
+                sum.add(*direction, lamp.flux.map(|flux| flux * share));
             }
         }
         sum.total()
@@ -199,11 +198,11 @@ impl LampPoints<'_> {
     /// everywhere, because a streak is narrow far from the highlight's peak too.
     pub fn surface_radiance(&self, frame: DMat3, view: Direction) -> [f64; 3] {
         let to_surface = frame.transpose();
-        let local = |direction: Direction| Direction::normalised(to_surface * direction.vector());
-        let mut sum = LightSum::new(self.material, 1, local(view));
+        let view = Direction::normalised(to_surface * view.vector());
+        let mut sum = LightSum::new(self.material, 1, view).turned(to_surface);
         for lamp in &self.lamps {
             for (direction, share) in lamp.levels.first().into_iter().flatten() {
-                sum.add(local(*direction), lamp.flux.map(|flux| flux * share));
+                sum.add(*direction, lamp.flux.map(|flux| flux * share));
             }
         }
         sum.total()

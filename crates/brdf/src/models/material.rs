@@ -147,6 +147,37 @@ macro_rules! models {
                 }
             }
 
+            /// [`Material::rho_hat`] of light from many directions toward one view: the same values, faster.
+            ///
+            /// # Panics
+            /// If there are not as many values as directions.
+            pub fn rho_hats_toward(
+                &self,
+                outgoing: Direction,
+                incident: &[Direction],
+                values: &mut [[f64; 3]],
+            ) {
+                assert_eq!(incident.len(), values.len(), "a value for each direction");
+                match self {
+                    $(Self::$model(model) => model.rho_hats_toward(outgoing, incident, values),)*
+                    Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
+                        for (value, incident) in values.iter_mut().zip(incident) {
+                            *value = self.rho_hat(*incident, outgoing);
+                        }
+                    }
+                    Self::Layers(layers) => {
+                        values.fill([0.0; 3]);
+                        let mut of_layer = vec![[0.0; 3]; values.len()];
+                        for layer in layers {
+                            layer.rho_hats_toward(outgoing, incident, &mut of_layer);
+                            for (sum, value) in values.iter_mut().zip(&of_layer) {
+                                (0..3).for_each(|channel| sum[channel] += value[channel]);
+                            }
+                        }
+                    }
+                }
+            }
+
             /// Whether a turn about the normal changes nothing.
             pub fn is_isotropic(&self) -> bool {
                 match self {
