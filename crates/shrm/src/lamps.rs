@@ -44,6 +44,8 @@ pub struct LampPoints<'a> {
     material: &'a Material,
     turns: usize,
     width: f64,
+    /// Whether lamps below the horizon add nothing.
+    has_horizon: bool,
     lamps: Vec<LampLevels>,
 }
 
@@ -72,6 +74,9 @@ const MOST_POINTS: usize = 1024;
 
 /// Features of what a surface reflects are not wider than this, in radians: its cosine has them.
 const WIDEST: f64 = 0.5;
+
+/// A lamp is below the horizon if it is lower than its radius by this much more than rounding moves its points.
+const ROUNDING: f64 = 1e-9;
 
 /// At a distance from the highlight's peak, features are as wide as this share of it: the tails of GGX fall
 /// with the fourth power.
@@ -116,7 +121,8 @@ impl Lamps {
             }
         };
         let lamps = self.lights.par_iter().map(levels).collect();
-        LampPoints { material: &self.material, turns: self.material.turns(), width, lamps }
+        let (material, turns) = (&self.material, self.material.turns());
+        LampPoints { material, turns, width, has_horizon: material.has_horizon(), lamps }
     }
 
     /// The points of all lights, with the flux of each: the same for every view, and some thousand at most.
@@ -141,7 +147,7 @@ impl Lamps {
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
         let surface = self.material.centre().surface_frame(outgoing);
         let view = Direction::normalised(surface * outgoing.vector());
-        let mut sum = LightSum::new(&self.material, self.material.turns(), view).turned(surface);
+        let mut sum = LightSum::turned(&self.material, self.material.turns(), view, surface);
         for light in lights {
             sum.add(light.direction, light.flux);
         }
@@ -182,10 +188,12 @@ impl LampPoints<'_> {
         let surface = self.material.centre().surface_frame(outgoing);
         let (into_surface, view) = (surface * into_local, surface * outgoing.vector());
         let mirrored = DVec3::new(-view.x, -view.y, view.z);
-        let mut sum =
-            LightSum::new(self.material, self.turns, Direction::normalised(view)).turned(into_surface);
+        let mut sum = LightSum::turned(self.material, self.turns, Direction::normalised(view), into_surface);
         for lamp in &self.lamps {
             let centre = into_surface * lamp.light.direction.vector();
+            if self.has_horizon && centre.z < -lamp.whole_from - ROUNDING {
+                continue;
+            }
             for (direction, share) in lamp.points(centre, mirrored) {
                 sum.add(*direction, lamp.flux.map(|flux| flux * share));
             }
@@ -199,8 +207,12 @@ impl LampPoints<'_> {
     pub fn surface_radiance(&self, frame: DMat3, view: Direction) -> [f64; 3] {
         let to_surface = frame.transpose();
         let view = Direction::normalised(to_surface * view.vector());
-        let mut sum = LightSum::new(self.material, 1, view).turned(to_surface);
+        let mut sum = LightSum::turned(self.material, 1, view, to_surface);
         for lamp in &self.lamps {
+            let height = frame.z_axis.dot(lamp.light.direction.vector());
+            if self.has_horizon && height < -lamp.whole_from - ROUNDING {
+                continue;
+            }
             for (direction, share) in lamp.levels.first().into_iter().flatten() {
                 sum.add(*direction, lamp.flux.map(|flux| flux * share));
             }

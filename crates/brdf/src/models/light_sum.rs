@@ -44,13 +44,23 @@ impl Turn {
 impl<'a> LightSum<'a> {
     /// A sum of nothing yet, toward a view. `turns` is [`Material::turns`], or 1 if the tangent is known.
     pub fn new(material: &'a Material, turns: usize, outgoing: Direction) -> Self {
+        Self::with(material, turns, outgoing, None)
+    }
+
+    /// [`LightSum::new`] of directions in another frame, from which a rotation turns them into that of the
+    /// surface; `outgoing` is in the frame of the surface.
+    pub fn turned(material: &'a Material, turns: usize, outgoing: Direction, into_surface: DMat3) -> Self {
+        Self::with(material, turns, outgoing, Some(into_surface))
+    }
+
+    fn with(material: &'a Material, turns: usize, outgoing: Direction, into_surface: Option<DMat3>) -> Self {
         let turned = |turn: usize| {
             let (sine, cosine) = math::sin_cos(std::f64::consts::TAU * turn as f64 / turns as f64);
             Turn { sine, cosine, outgoing: Turn::apply(sine, cosine, outgoing) }
         };
         Self {
             material,
-            into_surface: None,
+            into_surface,
             outgoing,
             turns: if turns == 1 { Vec::new() } else { (0..turns).map(turned).collect() },
             incident: [Direction::Z; AT_ONCE],
@@ -58,12 +68,6 @@ impl<'a> LightSum<'a> {
             count: 0,
             total: [0.0; 3],
         }
-    }
-
-    /// The same sum of directions that are in another frame, from which a rotation turns them into that of the
-    /// surface.
-    pub fn turned(self, into_surface: DMat3) -> Self {
-        Self { into_surface: Some(into_surface), ..self }
     }
 
     /// Adds light of a flux, RGB, from one direction.
@@ -178,8 +182,8 @@ mod tests {
         let frame = DMat3::from_rotation_y(0.7) * DMat3::from_rotation_x(1.1) * DMat3::from_rotation_z(2.3);
         for material in Material::examples().unwrap() {
             let turns = material.turns().min(3);
-            let [mut sum, other] = [0, 1].map(|_| LightSum::new(&material, turns, spiral(11, 40)));
-            let mut turned = other.turned(frame);
+            let mut sum = LightSum::new(&material, turns, spiral(11, 40));
+            let mut turned = LightSum::turned(&material, turns, spiral(11, 40), frame);
             for index in 0..AT_ONCE + 7 {
                 let (incident, flux) = (spiral(index, AT_ONCE + 7), [1.0, 0.3, 2.0 + index as f64]);
                 turned.add(incident, flux);

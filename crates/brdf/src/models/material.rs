@@ -188,6 +188,15 @@ macro_rules! models {
                 }
             }
 
+            /// Whether no light from below the horizon is reflected: see [`Model::has_horizon`].
+            pub fn has_horizon(&self) -> bool {
+                match self {
+                    $(Self::$model(model) => model.has_horizon(),)*
+                    Self::Measured(_) | Self::MeasuredAnisotropic(_) => true,
+                    Self::Layers(layers) => layers.iter().all(Self::has_horizon),
+                }
+            }
+
             /// The constants of rho_hat's formula, for renderers: those of each of the
             /// [leaves](Self::leaves).
             pub fn constants(&self) -> Vec<Constants> {
@@ -490,6 +499,21 @@ mod tests {
         let error = Material::layers(vec![phong(), hair()]).unwrap_err();
         assert_eq!(error, LayersError::Centres { tangent: "kajiya-kay", other: "phong" });
         assert_eq!(Material::layers(Vec::new()), Err(LayersError::None));
+    }
+
+    #[test]
+    fn a_horizon_hides_all_light_below_it() {
+        for material in Material::examples().unwrap() {
+            let mut seen = 0;
+            for index in 0..500 {
+                let part = |step: f64| (0.5 + f64::from(index) * step).fract();
+                let below = -part(0.754_877) * part(0.3);
+                let incident = Direction::from_angles(math::acos(below), 6.3 * part(0.569_84));
+                let outgoing = Direction::from_angles(1.5 * part(0.672_1), 6.3 * part(0.331_7));
+                seen += u32::from(material.rho_hat(incident, outgoing) != [0.0; 3]);
+            }
+            assert_eq!(seen == 0, material.has_horizon(), "{}: {seen}", material.name());
+        }
     }
 
     /// The centre of the layers does not change the value for a light and a view in the world.

@@ -64,6 +64,11 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
         }
     }
 
+    /// Whether no light from below the horizon is reflected: rho_hat is exactly 0 for `incident` with z <= 0.
+    fn has_horizon(&self) -> bool {
+        true
+    }
+
     /// Whether a turn about the normal (of surface, light and view together) changes nothing.
     fn is_isotropic(&self) -> bool {
         true

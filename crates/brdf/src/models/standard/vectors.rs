@@ -140,8 +140,8 @@ impl<P: Pairs> WithSimd for RhoHats<'_, P> {
                 values.fill([0.0; 3]);
                 continue;
             }
-            let view = one_view
-                .unwrap_or_else(|| views(std::array::from_fn(|lane| pairs.outgoing(pair(lane)))));
+            let view =
+                one_view.unwrap_or_else(|| views(std::array::from_fn(|lane| pairs.outgoing(pair(lane)))));
             let sum: [S::f64s; 3] =
                 std::array::from_fn(|axis| simd.add_f64s(load(simd, &light[axis]), view.vector[axis]));
             let [x2, y2, z2] = sum.map(|value| simd.mul_f64s(value, value));
