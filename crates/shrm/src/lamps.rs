@@ -255,3 +255,26 @@ pub(crate) fn in_frame(points: &[(Direction, [f64; 3])], central: Direction) -> 
     };
     points.iter().map(local).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use sphere::spiral;
+
+    use super::*;
+
+    #[test]
+    fn lamps_below_the_horizon_are_passed_by_to_the_bit() {
+        let light = |k: usize| Light::from_flux(spiral(k, 40), 0.01 * k as f64, [1.0, 0.5, 0.1 * k as f64]);
+        for material in Material::examples().unwrap() {
+            let lamps = Lamps { lights: (0..40).map(light).collect(), material };
+            let some = lamps.for_views();
+            let all = LampPoints { has_horizon: false, ..lamps.for_views() };
+            for k in 0..20 {
+                let (central, view) = (spiral(k, 20), spiral((7 * k) % 20, 20));
+                assert_eq!(some.radiance(central, view), all.radiance(central, view));
+                let surface = frame(central).matrix();
+                assert_eq!(some.surface_radiance(surface, view), all.surface_radiance(surface, view));
+            }
+        }
+    }
+}

@@ -507,7 +507,7 @@ mod tests {
             let mut seen = 0;
             for index in 0..500 {
                 let part = |step: f64| (0.5 + f64::from(index) * step).fract();
-                let below = -part(0.754_877) * part(0.3);
+                let below = -part(0.754_877).max(1e-9);
                 let incident = Direction::from_angles(math::acos(below), 6.3 * part(0.569_84));
                 let outgoing = Direction::from_angles(1.5 * part(0.672_1), 6.3 * part(0.331_7));
                 seen += u32::from(material.rho_hat(incident, outgoing) != [0.0; 3]);
