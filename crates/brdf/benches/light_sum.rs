@@ -1,5 +1,5 @@
-//! What a material reflects of the points of 43 lamps toward a view, as at a pixel of a picture under a studio:
-//! batches that are turned into the frame of the surface, compared with one direction after another.
+//! What a material reflects of the points of 43 lamps toward a view, as at a pixel of a picture under a
+//! studio: batches that are turned into the frame of the surface, compared with one direction after another.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
 

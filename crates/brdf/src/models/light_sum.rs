@@ -116,8 +116,8 @@ impl<'a> LightSum<'a> {
     }
 }
 
-/// Turns directions into the frame of a surface, four at a time: `Direction::normalised` of the product of the
-/// matrix and each, to the bit.
+/// Turns directions into the frame of a surface, four at a time: `Direction::normalised` of the product of
+/// the matrix and each, to the bit.
 struct IntoSurface<'a> {
     into_surface: DMat3,
     directions: &'a mut [Direction],
