@@ -75,8 +75,8 @@ const MOST_POINTS: usize = 1024;
 /// Features of what a surface reflects are not wider than this, in radians: its cosine has them.
 const WIDEST: f64 = 0.5;
 
-/// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below the
-/// horizon.
+/// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below
+/// the horizon.
 const ROUNDING: f64 = 1e-9;
 
 /// At a distance from the highlight's peak, features are as wide as this share of it: the tails of GGX fall

@@ -3,8 +3,8 @@
 //!
 //! The key of a value is its type's name and the digest of its bytes, so a value is never out of date. Of the
 //! few least recently used values the largest is dropped first: a value of some kilobytes, which may have
-//! taken seconds, is not given up for one of 60 MB. The weight of a value is the size of its encoded bytes; in
-//! memory it may take several times as much if its container compresses.
+//! taken seconds, is not given up for one of 60 MB. The weight of a value is the size of its encoded bytes;
+//! in memory it may take several times as much if its container compresses.
 
 use std::any::Any;
 use std::cmp::Reverse;

@@ -44,8 +44,8 @@ const LAMP: usize = 3;
 /// The fewest points of a lamp that casts shadows, as many as the default of the kind `shade-vertices`.
 const SHADOW_RAYS: usize = 16;
 
-/// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below the
-/// horizon.
+/// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below
+/// the horizon.
 const ROUNDING: f32 = 1e-4;
 
 /// The most points of a lamp that casts shadows: a device traces all rays toward a lamp at once.
