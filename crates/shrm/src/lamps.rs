@@ -44,6 +44,8 @@ pub struct LampPoints<'a> {
     material: &'a Material,
     turns: usize,
     width: f64,
+    /// Whether lamps below the horizon add nothing.
+    has_horizon: bool,
     lamps: Vec<LampLevels>,
 }
 
@@ -72,6 +74,10 @@ const MOST_POINTS: usize = 1024;
 
 /// Features of what a surface reflects are not wider than this, in radians: its cosine has them.
 const WIDEST: f64 = 0.5;
+
+/// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below
+/// the horizon.
+const ROUNDING: f64 = 1e-9;
 
 /// At a distance from the highlight's peak, features are as wide as this share of it: the tails of GGX fall
 /// with the fourth power.
@@ -116,7 +122,8 @@ impl Lamps {
             }
         };
         let lamps = self.lights.par_iter().map(levels).collect();
-        LampPoints { material: &self.material, turns: self.material.turns(), width, lamps }
+        let (material, turns) = (&self.material, self.material.turns());
+        LampPoints { material, turns, width, has_horizon: material.has_horizon(), lamps }
     }
 
     /// The points of all lights, with the flux of each: the same for every view, and some thousand at most.
@@ -140,11 +147,10 @@ impl Lamps {
     /// The radiance of lights that [`in_frame`] gives, toward a view in the frame of their central direction.
     pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
         let surface = self.material.centre().surface_frame(outgoing);
-        let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
-        let view = into_surface(outgoing);
-        let mut sum = LightSum::new(&self.material, self.material.turns(), view);
+        let view = Direction::normalised(surface * outgoing.vector());
+        let mut sum = LightSum::turned(&self.material, self.material.turns(), view, surface);
         for light in lights {
-            sum.add(into_surface(light.direction), light.flux);
+            sum.add(light.direction, light.flux);
         }
         sum.total()
     }
@@ -183,12 +189,14 @@ impl LampPoints<'_> {
         let surface = self.material.centre().surface_frame(outgoing);
         let (into_surface, view) = (surface * into_local, surface * outgoing.vector());
         let mirrored = DVec3::new(-view.x, -view.y, view.z);
-        let mut sum = LightSum::new(self.material, self.turns, Direction::normalised(view));
+        let mut sum = LightSum::turned(self.material, self.turns, Direction::normalised(view), into_surface);
         for lamp in &self.lamps {
             let centre = into_surface * lamp.light.direction.vector();
+            if self.has_horizon && centre.z < -lamp.whole_from - ROUNDING {
+                continue;
+            }
             for (direction, share) in lamp.points(centre, mirrored) {
-                let incident = Direction::normalised(into_surface * direction.vector());
-                sum.add(incident, lamp.flux.map(|flux| flux * share));
+                sum.add(*direction, lamp.flux.map(|flux| flux * share));
             }
         }
         sum.total()
@@ -199,11 +207,15 @@ impl LampPoints<'_> {
     /// everywhere, because a streak is narrow far from the highlight's peak too.
     pub fn surface_radiance(&self, frame: DMat3, view: Direction) -> [f64; 3] {
         let to_surface = frame.transpose();
-        let local = |direction: Direction| Direction::normalised(to_surface * direction.vector());
-        let mut sum = LightSum::new(self.material, 1, local(view));
+        let view = Direction::normalised(to_surface * view.vector());
+        let mut sum = LightSum::turned(self.material, 1, view, to_surface);
         for lamp in &self.lamps {
+            let height = frame.z_axis.dot(lamp.light.direction.vector());
+            if self.has_horizon && height < -lamp.whole_from - ROUNDING {
+                continue;
+            }
             for (direction, share) in lamp.levels.first().into_iter().flatten() {
-                sum.add(local(*direction), lamp.flux.map(|flux| flux * share));
+                sum.add(*direction, lamp.flux.map(|flux| flux * share));
             }
         }
         sum.total()
@@ -243,4 +255,27 @@ pub(crate) fn in_frame(points: &[(Direction, [f64; 3])], central: Direction) -> 
         flux: *flux,
     };
     points.iter().map(local).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use sphere::spiral;
+
+    use super::*;
+
+    #[test]
+    fn lamps_below_the_horizon_are_passed_by_to_the_bit() {
+        let light = |k: usize| Light::from_flux(spiral(k, 40), 0.01 * k as f64, [1.0, 0.5, 0.1 * k as f64]);
+        for material in Material::examples().unwrap() {
+            let lamps = Lamps { lights: (0..40).map(light).collect(), material };
+            let some = lamps.for_views();
+            let all = LampPoints { has_horizon: false, ..lamps.for_views() };
+            for k in 0..20 {
+                let (central, view) = (spiral(k, 20), spiral((7 * k) % 20, 20));
+                assert_eq!(some.radiance(central, view), all.radiance(central, view));
+                let surface = frame(central).matrix();
+                assert_eq!(some.surface_radiance(surface, view), all.surface_radiance(surface, view));
+            }
+        }
+    }
 }

@@ -191,7 +191,25 @@ impl ViewSet {
     ///
     /// # Errors
     /// If it was stopped.
-    pub fn with_lamps(mut self, lamps: &Lamps, stop: Stop<'_>) -> Result<Self, Stopped> {
+    pub fn with_lamps(self, lamps: &Lamps, stop: Stop<'_>) -> Result<Self, Stopped> {
+        // Single views need none.
+        let disks = match self.views.angles() {
+            [] => DiskMeans::default(),
+            _ => DiskMeans::new(&lamps.lights),
+        };
+        self.with_lamps_over(lamps, &disks, stop)
+    }
+
+    /// [`ViewSet::with_lamps`] with the means over the disks of the lamps, which only angles need.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn with_lamps_over(
+        mut self,
+        lamps: &Lamps,
+        disks: &DiskMeans,
+        stop: Stop<'_>,
+    ) -> Result<Self, Stopped> {
         let (grid, kind, for_views) = (self.grid, self.views.frame(), lamps.for_views());
         for (map, view) in self.maps.chunks_exact_mut(grid.len()).zip(self.views.directions()) {
             for_each(map, stop, |texel, value| {
@@ -199,14 +217,9 @@ impl ViewSet {
                 *value = for_views.added(*value, central, kind.to_world(central, view));
             })?;
         }
-        // Single views need none.
-        let disks = match self.views.angles() {
-            [] => DiskMeans::default(),
-            _ => DiskMeans::new(&lamps.lights),
-        };
         for (slice, angle) in self.maps.chunks_exact_mut(grid.len()).zip(self.views.angles()) {
             let lobe = MeanLobe::ring(&lamps.material, *angle);
-            let ring = lobe.over(&lamps.lights, &disks);
+            let ring = lobe.over(&lamps.lights, disks);
             for_each(slice, stop, |texel, value| {
                 let lamps = ring.radiance(grid.direction(texel));
                 *value = std::array::from_fn(|c| value[c].max(0.0) + lamps[c] as f32);

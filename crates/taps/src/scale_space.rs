@@ -206,12 +206,15 @@ fn with_lights(
 ) -> CubeMap {
     let cube = map.cube();
     let mut texels = map.pixels().to_vec();
+    let direction = |index: usize| {
+        let (face, within) = (index / (cube.edge * cube.edge), index % (cube.edge * cube.edge));
+        cube.direction(Face::ALL[face], within / cube.edge, within % cube.edge)
+    };
+    let directions: Vec<Direction> = (0..texels.len()).map(direction).collect();
     for light in lights {
         let (points, flux) = (light.points(width), light.flux());
         let farthest = math::cos((reach + light.radius).min(PI));
-        for (index, texel) in texels.iter_mut().enumerate() {
-            let (face, within) = (index / (cube.edge * cube.edge), index % (cube.edge * cube.edge));
-            let at = cube.direction(Face::ALL[face], within / cube.edge, within % cube.edge);
+        for (texel, at) in texels.iter_mut().zip(&directions) {
             if at.dot(light.direction) < farthest {
                 continue;
             }

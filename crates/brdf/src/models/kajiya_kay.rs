@@ -68,6 +68,10 @@ impl Model for KajiyaKay {
         Centre::Tangent
     }
 
+    fn has_horizon(&self) -> bool {
+        false
+    }
+
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         // cos(theta_i - theta_o) = cos cos + sin sin.

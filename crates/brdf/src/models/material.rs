@@ -147,6 +147,37 @@ macro_rules! models {
                 }
             }
 
+            /// [`Material::rho_hat`] of light from many directions toward one view: the same values, faster.
+            ///
+            /// # Panics
+            /// If there are not as many values as directions.
+            pub fn rho_hats_toward(
+                &self,
+                outgoing: Direction,
+                incident: &[Direction],
+                values: &mut [[f64; 3]],
+            ) {
+                assert_eq!(incident.len(), values.len(), "a value for each direction");
+                match self {
+                    $(Self::$model(model) => model.rho_hats_toward(outgoing, incident, values),)*
+                    Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
+                        for (value, incident) in values.iter_mut().zip(incident) {
+                            *value = self.rho_hat(*incident, outgoing);
+                        }
+                    }
+                    Self::Layers(layers) => {
+                        values.fill([0.0; 3]);
+                        let mut of_layer = vec![[0.0; 3]; values.len()];
+                        for layer in layers {
+                            layer.rho_hats_toward(outgoing, incident, &mut of_layer);
+                            for (sum, value) in values.iter_mut().zip(&of_layer) {
+                                (0..3).for_each(|channel| sum[channel] += value[channel]);
+                            }
+                        }
+                    }
+                }
+            }
+
             /// Whether a turn about the normal changes nothing.
             pub fn is_isotropic(&self) -> bool {
                 match self {
@@ -154,6 +185,15 @@ macro_rules! models {
                     Self::Measured(_) => true,
                     Self::MeasuredAnisotropic(_) => false,
                     Self::Layers(layers) => layers.iter().all(Self::is_isotropic),
+                }
+            }
+
+            /// Whether no light from below the horizon is reflected: see [`Model::has_horizon`].
+            pub fn has_horizon(&self) -> bool {
+                match self {
+                    $(Self::$model(model) => model.has_horizon(),)*
+                    Self::Measured(_) | Self::MeasuredAnisotropic(_) => true,
+                    Self::Layers(layers) => layers.iter().all(Self::has_horizon),
                 }
             }
 
@@ -459,6 +499,21 @@ mod tests {
         let error = Material::layers(vec![phong(), hair()]).unwrap_err();
         assert_eq!(error, LayersError::Centres { tangent: "kajiya-kay", other: "phong" });
         assert_eq!(Material::layers(Vec::new()), Err(LayersError::None));
+    }
+
+    #[test]
+    fn a_horizon_hides_all_light_below_it() {
+        for material in Material::examples().unwrap() {
+            let mut seen = 0;
+            for index in 0..500 {
+                let part = |step: f64| (0.5 + f64::from(index) * step).fract();
+                let below = -part(0.754_877).max(1e-9);
+                let incident = Direction::from_angles(math::acos(below), 6.3 * part(0.569_84));
+                let outgoing = Direction::from_angles(1.5 * part(0.672_1), 6.3 * part(0.331_7));
+                seen += u32::from(material.rho_hat(incident, outgoing) != [0.0; 3]);
+            }
+            assert_eq!(seen == 0, material.has_horizon(), "{}: {seen}", material.name());
+        }
     }
 
     /// The centre of the layers does not change the value for a light and a view in the world.

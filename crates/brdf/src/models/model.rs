@@ -56,6 +56,19 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
         one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
     }
 
+    /// [`Model::rho_hat`] of light from many directions toward one view: the same values, faster for models
+    /// that compute several at once.
+    fn rho_hats_toward(&self, outgoing: Direction, incident: &[Direction], values: &mut [[f64; 3]]) {
+        for (value, incident) in values.iter_mut().zip(incident) {
+            *value = self.rho_hat(*incident, outgoing);
+        }
+    }
+
+    /// Whether no light from below the horizon is reflected: rho_hat is exactly 0 for `incident` with z <= 0.
+    fn has_horizon(&self) -> bool {
+        true
+    }
+
     /// Whether a turn about the normal (of surface, light and view together) changes nothing.
     fn is_isotropic(&self) -> bool {
         true

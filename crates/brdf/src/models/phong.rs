@@ -74,6 +74,10 @@ impl Model for Phong {
             .with("specular", Value::Colour(self.specular))
     }
 
+    fn has_horizon(&self) -> bool {
+        false
+    }
+
     fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let (light, view) = (incident.vector(), outgoing.vector());
         let cosine = light.z * view.z - light.x * view.x - light.y * view.y;

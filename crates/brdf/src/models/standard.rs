@@ -50,7 +50,7 @@ use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Value
 use super::part::Part;
 use crate::coefficients::Centre;
 use crate::packed::{self, packed};
-use vectors::{Coat, RhoHats};
+use vectors::{Coat, RhoHats, Toward};
 
 /// A share of light. Above 1 a material would make light.
 const SHARE: Range = Range { least: 0.0, most: 1.0, words: "a number from 0 to 1" };
@@ -470,21 +470,17 @@ without `metallicFactor` the material is a metal, and is imported as one.";
         if self.formula.has_sheen() {
             return one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
         }
-        let &Formula { alpha2, f_0, f_90, coat_alpha2, coat, multiple, diffuse, ref tables, .. } =
-            &*self.formula;
-        let alpha2 = (self.part != Some(Part::Diffuse)).then_some(alpha2);
-        let coat = (coat > 0.0).then_some(Coat { weight: coat, f_0: COAT, alpha2: coat_alpha2 });
-        SimdLevel::detect().run(RhoHats {
-            alpha2,
-            f_0,
-            f_90,
-            coat,
-            multiple,
-            diffuse,
-            tables,
-            pairs,
-            values,
-        });
+        SimdLevel::detect().run(self.vectors(pairs, values));
+    }
+
+    fn rho_hats_toward(&self, outgoing: Direction, incident: &[Direction], values: &mut [[f64; 3]]) {
+        if self.formula.has_sheen() {
+            for (value, incident) in values.iter_mut().zip(incident) {
+                *value = self.rho_hat(*incident, outgoing);
+            }
+            return;
+        }
+        SimdLevel::detect().run(self.vectors(Toward { outgoing, incident }, values));
     }
 
     fn constants(&self) -> StandardConstants {
@@ -536,6 +532,15 @@ without `metallicFactor` the material is a metal, and is imported as one.";
 }
 
 impl Standard {
+    /// The kernel of rho_hat without sheen for these pairs of directions.
+    fn vectors<'a, P>(&'a self, pairs: P, values: &'a mut [[f64; 3]]) -> RhoHats<'a, P> {
+        let &Formula { alpha2, f_0, f_90, coat_alpha2, coat, multiple, diffuse, ref tables, .. } =
+            &*self.formula;
+        let alpha2 = (self.part != Some(Part::Diffuse)).then_some(alpha2);
+        let coat = (coat > 0.0).then_some(Coat { weight: coat, f_0: COAT, alpha2: coat_alpha2 });
+        RhoHats { alpha2, f_0, f_90, coat, multiple, diffuse, tables, pairs, values }
+    }
+
     fn coat_roughness(&self) -> Option<f64> {
         (self.parameters.clearcoat > 0.0).then_some(self.parameters.clearcoat_roughness)
     }

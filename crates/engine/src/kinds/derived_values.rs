@@ -11,7 +11,7 @@ use crate::storage::Memory;
 ///
 /// It is a memory of pure functions: a value depends on nothing but the artifact (or what else the digest is
 /// of) and the numbers that name it, so that outputs have the same bytes with and without it. It keeps 128 MB
-/// at most; values that were not used for the longest time are dropped first.
+/// at most; of the values that were not used for the longest time the largest are dropped first.
 #[derive(Clone, Copy, Default)]
 pub struct DerivedValues<'a> {
     pub(crate) memory: Option<&'a Memory>,

@@ -1,11 +1,13 @@
 //! Decoded artifacts that stay in memory after a build, so that the next one does not need to read and decode
 //! them again.
 //!
-//! The key of a value is its type's name and the digest of its bytes, so a value is never out of date. The
-//! least recently used values are dropped first. The weight of a value is the size of its encoded bytes; in
-//! memory it may take several times as much if its container compresses.
+//! The key of a value is its type's name and the digest of its bytes, so a value is never out of date. Of the
+//! few least recently used values the largest is dropped first: a value of some kilobytes, which may have
+//! taken seconds, is not given up for one of 60 MB. The weight of a value is the size of its encoded bytes;
+//! in memory it may take several times as much if its container compresses.
 
 use std::any::Any;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -15,6 +17,9 @@ use crate::key::Digest;
 
 type StoredValue = Arc<dyn Any + Send + Sync>;
 type ValueKey = (&'static str, Digest);
+
+/// The number of the least recently used values of which the largest is dropped.
+const CANDIDATES: usize = 8;
 
 pub(crate) struct Memory {
     limit: u64,
@@ -75,12 +80,23 @@ impl Memory {
             gone.push(before);
         }
         while entries.weight > self.limit
-            && let Some((_, name)) = entries.by_use.pop_first()
-            && let Some(oldest) = entries.values.remove(&name)
+            && let Some(dropped) = entries.largest_of_oldest()
         {
-            entries.weight -= oldest.weight;
-            gone.push(oldest);
+            entries.by_use.remove(&dropped.used);
+            entries.weight -= dropped.weight;
+            gone.push(dropped);
         }
+    }
+}
+
+impl Entries {
+    /// Removes from the values the one that is dropped next, which is never the newest.
+    fn largest_of_oldest(&mut self) -> Option<MemoryEntry> {
+        let count = CANDIDATES.min(self.by_use.len().saturating_sub(1));
+        let weight = |name: &&ValueKey| self.values.get(*name).map_or(0, |entry| entry.weight);
+        // Of several that are as large, the oldest.
+        let largest = *self.by_use.values().take(count).min_by_key(|name| Reverse(weight(name)))?;
+        self.values.remove(&largest)
     }
 }
 
@@ -115,6 +131,22 @@ mod tests {
         assert_eq!(names(&memory), [4, 5], "as many go as have to");
         assert!(memory.get("text", Digest([3; 32])).is_none());
         assert!(memory.get("number", Digest([4; 32])).is_none(), "the same bytes of another type");
+    }
+
+    #[test]
+    fn a_small_value_stays_while_larger_ones_are_dropped() {
+        let memory = Memory::new(100);
+        put(&memory, 0, 1);
+        for name in 1..=6 {
+            put(&memory, name, 40);
+        }
+        assert_eq!(names(&memory), [0, 5, 6]);
+        put(&memory, 7, 2);
+        for name in 8..=15 {
+            put(&memory, name, 1);
+        }
+        put(&memory, 16, 60);
+        assert_eq!(names(&memory), [0, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]);
     }
 
     #[test]

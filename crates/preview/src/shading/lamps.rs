@@ -44,6 +44,10 @@ const LAMP: usize = 3;
 /// The fewest points of a lamp that casts shadows, as many as the default of the kind `shade-vertices`.
 const SHADOW_RAYS: usize = 16;
 
+/// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below
+/// the horizon.
+const ROUNDING: f32 = 1e-4;
+
 /// The most points of a lamp that casts shadows: a device traces all rays toward a lamp at once.
 const MOST_SHADOW_RAYS: usize = 256;
 
@@ -198,30 +202,44 @@ pub(crate) fn lamps_past(
         (turned, material::direction(turned * view))
     };
     let views: Vec<(Mat3, Direction)> = (0..turns as u32).map(turned).collect();
-    let (mut pairs, mut shares) = (Vec::new(), Vec::new());
-    let mut sum = soft;
-    for lamp in lamps.elements[HEAD..].as_chunks::<LAMP>().0.iter().take(lamps.elements[0][0] as usize) {
+    // The points of all lamps, and the number of those before each lamp's end.
+    let (mut points, mut shares, mut ends) = (Vec::new(), Vec::new(), Vec::new());
+    let has_horizon = of.has_horizon();
+    let all = &lamps.elements[HEAD..].as_chunks::<LAMP>().0[..lamps.elements[0][0] as usize];
+    for lamp in all {
         let [x, y, z, radius] = lamp[0];
         let centre = to_surface * Vec3::new(x, y, z);
+        if has_horizon && centre.z < -math::sin(radius) - ROUNDING {
+            ends.push(points.len());
+            continue;
+        }
         let level =
             lamp[2][0] as usize + chosen_level(lamps.elements[1], lamp[2][1], radius, centre, mirrored);
         let [place, count, ..] = lamps.elements[level].map(|value| value as usize);
-        pairs.clear();
-        shares.clear();
         for [x, y, z, share] in &lamps.elements[place..place + count] {
             let direction = Vec3::new(*x, *y, *z);
-            if !sees(direction) {
-                continue;
-            }
-            let incident = to_surface * direction;
-            for (turned, outgoing) in &views {
-                pairs.push([material::direction(*turned * incident), *outgoing]);
+            if sees(direction) {
+                points.push(to_surface * direction);
                 shares.push(*share / turns);
             }
         }
-        let values = material::rho_hats(of, &pairs);
-        let reflected = shares.iter().zip(values).fold(Vec3::ZERO, |sum, (share, rho)| sum + *share * rho);
+        ends.push(points.len());
+    }
+    let toward = |(turned, outgoing): &(Mat3, Direction)| {
+        let incident: Vec<_> = points.iter().map(|point| material::direction(*turned * *point)).collect();
+        material::rho_hats(of, *outgoing, &incident)
+    };
+    let values: Vec<Vec<Vec3>> = views.iter().map(toward).collect();
+    let (mut sum, mut start) = (soft, 0);
+    for (lamp, end) in all.iter().zip(ends) {
+        let mut reflected = Vec3::ZERO;
+        for point in start..end {
+            for of_turn in &values {
+                reflected += shares[point] * of_turn[point];
+            }
+        }
         sum += Vec3::from_slice(&lamp[1]) * reflected;
+        start = end;
     }
     sum
 }

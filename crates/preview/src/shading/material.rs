@@ -39,10 +39,10 @@ pub fn rho_hat(material: &Material, incident: Vec3, outgoing: Direction) -> Vec3
     single(material.rho_hat(direction(incident), outgoing))
 }
 
-/// [`rho_hat`] of many pairs of the incident and the outgoing direction: the same values, faster.
-pub fn rho_hats(material: &Material, pairs: &[[Direction; 2]]) -> Vec<Vec3> {
-    let mut values = vec![[0.0; 3]; pairs.len()];
-    material.rho_hats(pairs, &mut values);
+/// [`rho_hat`] of light from many directions toward one view: the same values, faster.
+pub fn rho_hats(material: &Material, outgoing: Direction, incident: &[Direction]) -> Vec<Vec3> {
+    let mut values = vec![[0.0; 3]; incident.len()];
+    material.rho_hats_toward(outgoing, incident, &mut values);
     values.into_iter().map(single).collect()
 }
 

@@ -226,12 +226,12 @@ impl TreeSum<'_> {
 
     /// The light that blocks reflect, each from its mean direction.
     fn reflected<const N: usize>(&self, blocks: [TreeBlock; N]) -> [[f64; 3]; N] {
-        let pair = |block: &TreeBlock| match block.is_dark() {
-            true => [Direction::Z, self.outgoing],
-            false => [Direction::normalised(self.to_surface * block.direction()), self.outgoing],
+        let incident = |block: &TreeBlock| match block.is_dark() {
+            true => Direction::Z,
+            false => Direction::normalised(self.to_surface * block.direction()),
         };
         let mut values = [[0.0; 3]; N];
-        self.material.rho_hats(&blocks.each_ref().map(pair), &mut values);
+        self.material.rho_hats_toward(self.outgoing, &blocks.each_ref().map(incident), &mut values);
         for (value, block) in values.iter_mut().zip(&blocks) {
             let flux = block.flux();
             (0..3).for_each(|channel| value[channel] *= flux[channel]);

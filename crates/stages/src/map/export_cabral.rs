@@ -195,7 +195,7 @@ fn files(
     let work = steps.part(1, 2);
     let on_grid = |layout| -> Result<_, Failure> {
         let map = source.map(layout, parameters.resolution, View::Local, reporter)?;
-        let set = source.view_set(&map.0, MapViews::Icosahedron, None, &work)?;
+        let set = source.view_set(&map.0, MapViews::Icosahedron, None, &context.derived, &work)?;
         Ok((map, map_source::picture_size(set.grid()), source.finished(set.maps().to_vec())))
     };
     let layout = parameters.layout.0;

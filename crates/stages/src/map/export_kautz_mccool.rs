@@ -144,7 +144,7 @@ fn files(
         ));
     }
     let views = MapViews::even_angles(parameters.slices);
-    let set = source.view_set(&map.0, views, Some("slices"), steps)?;
+    let set = source.view_set(&map.0, views, Some("slices"), &context.derived, steps)?;
     set_files(parameters).encode(&set, source, context)
 }
 

@@ -124,7 +124,8 @@ fn files(
     let (ViewName(view), MapLayoutName(layout)) = (parameters.view, parameters.layout);
     let map = source.map(layout, parameters.resolution, view, reporter)?;
     let side = parameters.views;
-    let set = source.view_set(&map.0, MapViews::Table { side, view }, Some("views"), steps)?;
+    let set =
+        source.view_set(&map.0, MapViews::Table { side, view }, Some("views"), &context.derived, steps)?;
     if side < 2 * source.p() + 1 {
         reporter.note(format!(
             "{side} x {side} views hold P = {}; the field has P = {}, for which views = {} is enough",

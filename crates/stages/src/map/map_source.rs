@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use brdf::Part;
 use containers::Texture;
-use engine::{Artifact, Context, Failure, Inputs, Output, Port, Reporter, Steps};
+use engine::{Artifact, Context, DerivedValues, Failure, Inputs, Output, Port, Reporter, Steps};
 use shrm::{Lamps, MapGrid, MapLayout, MapViews, Shrm, View, ViewSet};
 use sphere::{Cube, LatLong};
 
+use super::disk_means::disk_means;
 use super::map_index::{Entry, NewIndex};
 use super::map_input::{MapInput, PartOfMaterial};
 use crate::values::{
@@ -132,6 +133,7 @@ impl MapSource {
         map: &Shrm,
         views: MapViews,
         count: Option<&str>,
+        derived: &DerivedValues<'_>,
         steps: &Steps<'_>,
     ) -> Result<ViewSet, Failure> {
         let (reporter, maps, texels) = (steps.reporter(), views.count(), map.grid().len());
@@ -142,7 +144,11 @@ impl MapSource {
         match self.lamps() {
             Some(lamps) => {
                 let steps = steps.part(1, maps * shrm::blocks(texels));
-                steps.until_stopped(|stop| set.with_lamps(lamps, stop))
+                if set.views().angles().is_empty() {
+                    return steps.until_stopped(|stop| set.with_lamps(lamps, stop));
+                }
+                let disks = disk_means(&lamps.lights, derived);
+                steps.until_stopped(|stop| set.with_lamps_over(lamps, &disks, stop))
             }
             None => Ok(set),
         }

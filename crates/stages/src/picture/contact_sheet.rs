@@ -37,7 +37,9 @@ use std::f64::consts::PI;
 
 use brdf::Centre;
 use containers::write_png;
-use engine::{Context, Failure, ItemKey, Kind, Output, Port, Product, Reporter, Steps, parameters};
+use engine::{
+    Context, DerivedValues, Failure, ItemKey, Kind, Output, Port, Product, Reporter, Steps, parameters,
+};
 use envmap::{Environment, ToneMap};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Synthesis, energy_per_degree, image_energy};
@@ -47,6 +49,7 @@ use sphere::{Cube, LatLong};
 use super::sheet::{
     BALL, Harmonics, MAP, MaterialPictures, RECONSTRUCTION, Reconstruction, Sheet, described,
 };
+use crate::map::disk_means;
 use crate::values::{ToneMapName, UntilStopped, artifacts, lamps_text};
 
 parameters! {
@@ -139,7 +142,7 @@ impl Kind for ContactSheet {
         let work = Steps::new(reporter, 2);
         let steps = work.part(1, reflections.len());
         let materials = reflections.par_iter().map(|(key, reflection)| {
-            let made = material(&own, key, &reflection.0, reporter)?;
+            let made = material(&own, key, &reflection.0, &context.derived, reporter)?;
             steps.step()?;
             Ok(made)
         });
@@ -198,6 +201,7 @@ fn material(
     own: &ItemKey,
     key: &ItemKey,
     reflection: &shrm::Reflection,
+    derived: &DerivedValues<'_>,
     reporter: &Reporter,
 ) -> Result<MaterialPictures, Failure> {
     let name = name(own, key);
@@ -217,7 +221,7 @@ fn material(
     })?;
     let mut map = shown(&reflection.plain(Plain::Mean), MAP)?;
     if let Some(lamps) = reflection.lamps() {
-        map = lit(&map, lamps)?;
+        map = lit(&map, lamps, derived)?;
     }
     Ok(MaterialPictures { name, detail, field, lamps: reflection.lamps().cloned(), map })
 }
@@ -236,8 +240,9 @@ fn name(own: &ItemKey, key: &ItemKey) -> String {
 }
 
 /// A map of the mean over views with the lamps beside it.
-fn lit(map: &Environment, lamps: &Lamps) -> Result<Environment, Failure> {
-    let lamps = lamps.plain(Plain::Mean, MapGrid::LatLong(map.grid()));
+fn lit(map: &Environment, lamps: &Lamps, derived: &DerivedValues<'_>) -> Result<Environment, Failure> {
+    let disks = disk_means(&lamps.lights, derived);
+    let lamps = lamps.plain_over(Plain::Mean, MapGrid::LatLong(map.grid()), &disks);
     let pixels = map.pixels().iter().zip(lamps);
     let pixels =
         pixels.map(|(soft, lamps)| std::array::from_fn(|channel| soft[channel] + lamps[channel])).collect();

@@ -119,6 +119,7 @@ impl<'a> ViewFit<'a> {
         let (s, c) = math::sin_cos(self.theta);
         let about_normal = DVec3::new(s, 0.0, c);
         let mut row = vec![0.0; self.shape.len()];
+        let has_rows = normal.is_some();
         let mut residuals = Residuals::new(normal);
         let mut truth = self.truth.iter();
         for spots in self.spots {
@@ -128,6 +129,9 @@ impl<'a> ViewFit<'a> {
                 for (tap, row) in taps.iter().zip(of_taps.as_chunks_mut::<3>().0) {
                     let seen = spots.in_levels(tap.direction.dot(*centre), tap.between);
                     sum += tap.weight * seen.value;
+                    if !has_rows {
+                        continue;
+                    }
                     *row = [
                         tap.weight * seen.by_cosine * tap.turned.dot(*centre),
                         tap.weight * seen.by_place,

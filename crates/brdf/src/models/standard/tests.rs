@@ -268,5 +268,13 @@ fn values_of_many_pairs_are_those_of_each() {
             let expected = material.rho_hat(*light, *view);
             assert_eq!(value.map(f64::to_bits), expected.map(f64::to_bits), "{light:?} {view:?}");
         }
+        let lights: Vec<sphere::Direction> = pairs.iter().map(|[light, _]| *light).collect();
+        for [_, view] in pairs.iter().step_by(97).copied() {
+            material.rho_hats_toward(view, &lights, &mut values);
+            for (value, light) in values.iter().zip(&lights) {
+                let expected = material.rho_hat(*light, view);
+                assert_eq!(value.map(f64::to_bits), expected.map(f64::to_bits), "{light:?} {view:?}");
+            }
+        }
     }
 }

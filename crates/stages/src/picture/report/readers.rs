@@ -4,7 +4,7 @@
 use engine::Failure;
 use rayon::prelude::*;
 use sh::{Expansion, synthesise_cube, zonal_into};
-use shrm::{Lamps, MapGrid, MapViews, MeanLight, Reflection, Shrm, icosahedron};
+use shrm::{Lamps, Lookup, MapGrid, MapViews, MeanLight, Reflection, Shrm, icosahedron};
 use sphere::{Cube, Direction};
 
 use crate::picture::report::sphere::Sphere;
@@ -42,20 +42,34 @@ impl<'a> Reader<'a> {
     pub(crate) fn cabral(&self, soft: &Shrm, lamps: Option<&Lamps>) -> Vec<[f32; 3]> {
         let (grid, vertices) = (soft.grid(), icosahedron::vertices());
         let lamps = lamps.map(Lamps::for_views);
-        self.look(
+        // The view is the same for all pixels, so that they share three maps, and many texels of these.
+        let corners = icosahedron::corners(Sphere::view()).vertices;
+        let mut seen: Vec<usize> =
+            self.central.iter().flat_map(|central| grid.taps(*central).index).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        let value = |lookup: &mut Lookup<'_>, texel: usize, view: Direction| {
+            let value = lookup.texel(texel, view).map(|value| value as f32);
+            let value = match &lamps {
+                Some(lamps) => lamps.added(value, grid.direction(texel), view),
+                None => value,
+            };
+            value.map(|value| value.max(self.least))
+        };
+        let texels = seen.par_iter().map_init(
             || soft.lookup(),
-            |lookup, central| {
-                MapViews::Icosahedron.interpolated(grid, central, Sphere::view(), |vertex, texel| {
-                    let view = vertices[vertex];
-                    let value = lookup.texel(texel, view).map(|value| value as f32);
-                    let value = match &lamps {
-                        Some(lamps) => lamps.added(value, grid.direction(texel), view),
-                        None => value,
-                    };
-                    value.map(|value| value.max(self.least))
-                })
-            },
-        )
+            |lookup, texel| corners.map(|vertex| value(lookup, *texel, vertices[vertex])),
+        );
+        let texels: Vec<[[f32; 3]; 3]> = texels.collect();
+        let at = |vertex: usize, texel: usize| {
+            let (Ok(place), Some(corner)) =
+                (seen.binary_search(&texel), corners.iter().position(|corner| *corner == vertex))
+            else {
+                unreachable!("the same look-ups")
+            };
+            texels[place][corner]
+        };
+        self.look(|| (), |(), central| MapViews::Icosahedron.interpolated(grid, central, Sphere::view(), at))
     }
 
     /// The 3D texture of a local map of zonal terms without lamps, with these slices; `rings` are what the
