@@ -198,15 +198,17 @@ impl<'a> TexelFit<'a> {
             lamps: vec![F32x8::ZERO; self.views.len()],
         });
         for (lane, &texel) in texels.iter().enumerate() {
+            let values = self.soft.texel(texel);
             for (pair, rows) in self.field_pairs.iter().enumerate() {
                 for (part, row) in rows.iter().enumerate() {
                     let Some(row) = row else { continue };
-                    let value = self.soft.texel(texel)[*row];
+                    let value = values[*row];
                     (0..3).for_each(|channel| lit[channel].field[pair][part].0[lane] = value[channel]);
                 }
             }
         }
-        let centrals: Vec<Direction> = texels.iter().map(|texel| self.soft.grid().direction(*texel)).collect();
+        let centrals: Vec<Direction> =
+            texels.iter().map(|texel| self.soft.grid().direction(*texel)).collect();
         let (table, dark, views) = (&self.table, self.dark, &self.views);
         let of_lamps = lit.each_mut().map(|lit| &mut lit.lamps[..]);
         level.run(AddLights { table, lamps: &self.lamps, centrals: &centrals, dark, views, lit: of_lamps });

@@ -32,6 +32,12 @@ pub struct Lamps {
     pub material: Material,
 }
 
+/// A point of a light in the frame of a central direction.
+pub(crate) struct LocalLight {
+    pub(crate) direction: Direction,
+    pub(crate) flux: [f64; 3],
+}
+
 /// Lamps for many views: the points of each, coarse for views that are far from its highlight.
 #[derive(Debug)]
 pub struct LampPoints<'a> {
@@ -131,6 +137,18 @@ impl Lamps {
         }
     }
 
+    /// The radiance of lights that [`in_frame`] gives, toward a view in the frame of their central direction.
+    pub(crate) fn seen(&self, lights: &[LocalLight], outgoing: Direction) -> [f64; 3] {
+        let surface = self.material.centre().surface_frame(outgoing);
+        let into_surface = |direction: Direction| Direction::normalised(surface * direction.vector());
+        let view = into_surface(outgoing);
+        let mut sum = LightSum::new(&self.material, self.material.turns(), view);
+        for light in lights {
+            sum.add(into_surface(light.direction), light.flux);
+        }
+        sum.total()
+    }
+
     /// The light that the lamps add to a plain reflection map, at each of its texels: in the mean over all
     /// views or head on, as [`crate::Reflection::plain`] has the rest.
     pub fn plain(&self, plain: Plain, grid: MapGrid) -> Vec<[f32; 3]> {
@@ -161,11 +179,7 @@ impl LampPoints<'_> {
 
     /// The radiance of the lights alone: see [`Lamps::radiance`].
     pub fn radiance(&self, central: Direction, view: Direction) -> [f64; 3] {
-        self.seen(frame(central).matrix().transpose(), into_frame(central, view))
-    }
-
-    /// The radiance toward a view in the frame of a central direction, into which the matrix turns the world.
-    pub(crate) fn seen(&self, into_local: DMat3, outgoing: Direction) -> [f64; 3] {
+        let (into_local, outgoing) = (frame(central).matrix().transpose(), into_frame(central, view));
         let surface = self.material.centre().surface_frame(outgoing);
         let (into_surface, view) = (surface * into_local, surface * outgoing.vector());
         let mirrored = DVec3::new(-view.x, -view.y, view.z);
@@ -219,4 +233,14 @@ impl LampLevels {
         let wide = self.levels_from[1..].iter().take_while(|from| distance >= **from).count();
         &self.levels[wide]
     }
+}
+
+/// Points of lights in the frame of a central direction.
+pub(crate) fn in_frame(points: &[(Direction, [f64; 3])], central: Direction) -> Vec<LocalLight> {
+    let world: DMat3 = frame(central).matrix().transpose();
+    let local = |(direction, flux): &(Direction, [f64; 3])| LocalLight {
+        direction: Direction::normalised(world * direction.vector()),
+        flux: *flux,
+    };
+    points.iter().map(local).collect()
 }

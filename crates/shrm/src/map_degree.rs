@@ -14,7 +14,7 @@ use sphere::{Cube, Direction, spiral};
 
 use crate::degree_rule::{DegreeRule, MapDegree, rms_of_cuts};
 use crate::degrees::{BLACK_SHARE, SAMPLES, add, seen};
-use crate::lamps::Lamps;
+use crate::lamps::in_frame;
 use crate::{LampTables, MapGrid, Reflection, Shrm, SynthesisError, Terms, View, frame, stops};
 
 /// The edge of the cube at whose texels maps with lamps in them are tried: as many as [`SAMPLES`] has.
@@ -202,8 +202,8 @@ impl Reflection {
         stop: Stop<'_>,
     ) -> Result<Vec<SampledTexel>, Stopped> {
         let basis = Basis::new(self.brdf().p());
-        let base = content.base.map(|base| (base, base.lamps().map(Lamps::for_views)));
-        let lamps = self.lamps().map(Lamps::for_views);
+        let base = content.base.map(|base| (base, base.lamps().map(crate::Lamps::for_views)));
+        let lamps = self.lamps().map(|lamps| (lamps, lamps.points()));
         let at = |index: usize| {
             stop.check()?;
             let central = central(index);
@@ -211,12 +211,12 @@ impl Reflection {
             let light = rotate_orders(self.lighting(), frame(central).inverse(), side);
             let mut rows = vec![[0.0; 3]; self.brdf().p().rows()];
             (0..=self.brdf().f().get()).for_each(|l| add(&mut rows, &light, self.brdf(), l));
-            let into_local = frame(central).matrix().transpose();
+            let lights = lamps.as_ref().map(|(lamps, points)| (lamps, in_frame(points, central)));
             let mut y = vec![0.0; rows.len()];
             let sample = |view: usize| {
                 let outgoing = seen(self.brdf().centre(), index * SAMPLES[1] + view);
                 basis.evaluate_into(outgoing, &mut y);
-                let lit = lamps.as_ref().map_or([0.0; 3], |lamps| lamps.seen(into_local, outgoing));
+                let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
                 let mut beside = [0.0; 3];
                 if let Some((base, lamps)) = &base {
                     let view = frame(central).apply(outgoing);

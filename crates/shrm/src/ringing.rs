@@ -6,7 +6,7 @@ use sh::{Basis, Degree, Lighting, Stop, Stopped, Window, rotate_orders};
 use sphere::spiral;
 
 use crate::degrees::{SAMPLES, add, samples_for_light, seen};
-use crate::lamps::Lamps;
+use crate::lamps::in_frame;
 use crate::mean_lobe::MeanLobe;
 use crate::{Plain, Reflection, frame};
 
@@ -108,7 +108,7 @@ impl Reflection {
     ) -> Result<Vec<Samples>, Stopped> {
         let (f, p) = (self.brdf().f(), self.brdf().p());
         let basis = Basis::new(p);
-        let lamps = self.lamps().map(Lamps::for_views);
+        let lamps = self.lamps().map(|lamps| (lamps, lamps.points()));
         let at = |index: usize| {
             stop.check()?;
             let central = spiral(index, centrals);
@@ -125,13 +125,13 @@ impl Reflection {
                     }
                 }
             }
-            let into_local = frame(central).matrix().transpose();
+            let lights = lamps.as_ref().map(|(lamps, points)| (lamps, in_frame(points, central)));
             let mut y = vec![0.0; p.rows()];
             let mut radiance = vec![Vec::with_capacity(SAMPLES[1]); windows.len()];
             for view in 0..SAMPLES[1] {
                 let outgoing = seen(self.brdf().centre(), index * SAMPLES[1] + view);
                 basis.evaluate_into(outgoing, &mut y);
-                let lit = lamps.as_ref().map_or([0.0; 3], |lamps| lamps.seen(into_local, outgoing));
+                let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
                 for (radiance, rows) in radiance.iter_mut().zip(&rows) {
                     let mut sum = lit;
                     for (row, y) in rows.iter().zip(&y) {

@@ -142,7 +142,7 @@ impl LightTable {
 
     /// The values at a node of the azimuth, of those at an angle.
     #[inline(always)]
-    fn at_azimuth<'a>(&self, of_angle: &'a [F32x8], azimuth: usize) -> &'a [F32x8] {
+    fn at_azimuth<'t>(&self, of_angle: &'t [F32x8], azimuth: usize) -> &'t [F32x8] {
         &of_angle[azimuth * self.vectors..][..self.vectors]
     }
 }
@@ -232,6 +232,46 @@ impl WithSimd for AddPoints<'_> {
     }
 }
 
+/// The nodes of one disk beside an angle, and the shares of both angles.
+struct Corners<'a> {
+    angles: [&'a [F32x8]; 2],
+    shares: [f32; 2],
+}
+
+/// The four nodes beside an angle and an azimuth, and their shares.
+struct FourNodes<'a, S: Simd> {
+    nodes: [&'a [F32x8]; 4],
+    shares: [S::f32s; 4],
+}
+
+impl<'a> Corners<'a> {
+    /// The nodes on both sides of an azimuth, at a part of the way from the first to the second.
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, table: &LightTable, steps: [usize; 2], part: f32) -> FourNodes<'a, S> {
+        let ([near, far], [below, above]) = (self.angles, steps);
+        let nodes = [(near, below), (near, above), (far, below), (far, above)];
+        let [near, far] = self.shares;
+        let shares = [near * (1.0 - part), near * part, far * (1.0 - part), far * part];
+        FourNodes {
+            nodes: nodes.map(|(of_angle, step)| table.at_azimuth(of_angle, step)),
+            shares: shares.map(|share| simd.splat_f32s(share)),
+        }
+    }
+}
+
+impl<S: Simd> FourNodes<'_, S> {
+    /// One vector of what is between the nodes.
+    #[inline(always)]
+    fn value(&self, simd: S, index: usize) -> S::f32s {
+        let [a, b, c, d] = self.nodes.map(|node| load(simd, &node[index]));
+        let [first, second, third, fourth] = self.shares;
+        let mut value = simd.mul_f32s(first, a);
+        value = simd.mul_add_f32s(second, b, value);
+        value = simd.mul_add_f32s(third, c, value);
+        simd.mul_add_f32s(fourth, d, value)
+    }
+}
+
 /// The light of the lamps at up to eight texels, a lane for each, to be added to every view.
 pub(super) struct AddLights<'a> {
     pub(super) table: &'a LightTable,
@@ -281,23 +321,41 @@ impl WithSimd for AddLights<'_> {
                     let below = step.floor();
                     *place = (below as i32, (step - below) as f32);
                 }
-                for (disk, of_disk) in lamp.disks.iter().filter(|(_, share)| *share > 0.0) {
-                    let angles = table.of_angles(*disk, k);
-                    let [near, far] = [of_disk * (1.0 - next), of_disk * next];
-                    for ((below, part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors)) {
-                        let [below, above] = [*below, below + 1].map(|step| table.folded(step));
-                        let nodes = [(angles[0], below), (angles[0], above), (angles[1], below), (angles[1], above)];
-                        let [a, b, c, d] = nodes.map(|(of_angle, step)| table.at_azimuth(of_angle, step));
-                        let [first, second, third, fourth] =
-                            [near * (1.0 - part), near * part, far * (1.0 - part), far * part]
-                                .map(|weight| simd.splat_f32s(weight));
-                        let values = a.iter().zip(b).zip(c.iter().zip(d));
-                        for ((sum, flux), ((a, b), (c, d))) in sums.iter_mut().zip(&fluxes).zip(values) {
-                            let mut value = simd.mul_f32s(first, load(simd, a));
-                            value = simd.mul_add_f32s(second, load(simd, b), value);
-                            value = simd.mul_add_f32s(third, load(simd, c), value);
-                            value = simd.mul_add_f32s(fourth, load(simd, d), value);
-                            store(simd, simd.mul_add_f32s(value, load(simd, flux), load(simd, sum)), sum);
+                // Both disks at once: the sum of an azimuth is read and written once.
+                let of_disk = |(disk, share): (usize, f32)| Corners {
+                    angles: table.of_angles(disk, k),
+                    shares: [share * (1.0 - next), share * next],
+                };
+                let [smaller, larger] = lamp.disks;
+                let both = [smaller, larger].map(of_disk);
+                let used = match (smaller.1 > 0.0, larger.1 > 0.0) {
+                    (true, true) => &both[..],
+                    (true, false) => &both[..1],
+                    _ => &both[1..],
+                };
+                for ((below, part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors)) {
+                    let steps = [*below, below + 1].map(|step| table.folded(step));
+                    match used {
+                        [a, b] => {
+                            let (a, b) = (a.at(simd, table, steps, *part), b.at(simd, table, steps, *part));
+                            for (index, (sum, flux)) in sums.iter_mut().zip(&fluxes).enumerate() {
+                                let flux = load(simd, flux);
+                                let total = simd.mul_add_f32s(a.value(simd, index), flux, load(simd, sum));
+                                store(simd, simd.mul_add_f32s(b.value(simd, index), flux, total), sum);
+                            }
+                        }
+                        disks => {
+                            for disk in disks {
+                                let disk = disk.at(simd, table, steps, *part);
+                                for (index, (sum, flux)) in sums.iter_mut().zip(&fluxes).enumerate() {
+                                    let value = disk.value(simd, index);
+                                    store(
+                                        simd,
+                                        simd.mul_add_f32s(value, load(simd, flux), load(simd, sum)),
+                                        sum,
+                                    );
+                                }
+                            }
                         }
                     }
                 }

@@ -8,7 +8,7 @@ use sh::{Basis, Degree, Expansion, Stop, Stopped};
 use sphere::{Direction, spiral};
 
 use crate::degree_rule::{DegreeRule, rms_of_cuts};
-use crate::lamps::{LampPoints, Lamps};
+use crate::lamps::{LampPoints, Lamps, in_frame};
 use crate::reflection::MOST_P;
 use crate::turned_light::{OfViews, Sums, TurnedLight, VIEWS};
 use crate::{Reflection, frame};
@@ -44,6 +44,9 @@ impl Beside<'_> {
         })
     }
 }
+
+/// Lamps and their points.
+type PointedLamps<'a> = (&'a Lamps, &'a [(Direction, [f64; 3])]);
 
 /// The degrees that are tried, and those that they are compared with.
 pub(super) struct Trial {
@@ -97,23 +100,23 @@ impl Trial {
         beside: Beside<'_>,
         stop: Stop<'_>,
     ) -> Result<Vec<Sample>, Stopped> {
-        let lamps = beside.lamps.map(Lamps::for_views);
-        let beside = (lamps.as_ref(), beside);
-        let sample = |index| stop.check().map(|()| self.samples(index, turned, brdf, beside));
+        let points = beside.lamps.map(Lamps::points);
+        let lamps = beside.lamps.zip(points.as_deref());
+        let sample = |index| stop.check().map(|()| self.samples(index, turned, brdf, (lamps, beside)));
         let samples: Result<Vec<_>, Stopped> = (0..self.centrals).into_par_iter().map(sample).collect();
         Ok(samples?.into_iter().flatten().collect())
     }
 
-    /// The samples of one central direction.
+    /// The samples of one central direction; the lamps come with their points.
     fn samples(
         &self,
         index: usize,
         turned: &TurnedLight,
         brdf: &BrdfCoefficients,
-        (lamps, beside): (Option<&LampPoints<'_>>, Beside<'_>),
+        (lamps, beside): (Option<PointedLamps<'_>>, Beside<'_>),
     ) -> Vec<Sample> {
         let central = spiral(index, self.centrals);
-        let into_local = frame(central).matrix().transpose();
+        let lights = lamps.map(|(lamps, points)| (lamps, in_frame(points, central)));
         let degree = Degree::new(self.reference_p).unwrap_or(Degree::ZERO);
         let basis = Basis::new(degree);
         let mut y = vec![0.0; degree.rows()];
@@ -125,7 +128,7 @@ impl Trial {
             for (views, y) in views.iter_mut().zip(&y) {
                 views[view / LANES].0[view % LANES] = *y;
             }
-            let lit = lamps.map_or([0.0; 3], |lamps| lamps.seen(into_local, outgoing));
+            let lit = lights.as_ref().map_or([0.0; 3], |(lamps, lights)| lamps.seen(lights, outgoing));
             let diffuse = beside.diffuse(central, outgoing);
             beside_views
                 .push(diffuse.map(|soft| std::array::from_fn(|channel| lit[channel] + soft[channel])));
