@@ -1,10 +1,11 @@
 //! `shrm/GRID/F_P`: a local reflection map, all (P+1)^2 coefficients, from coefficients to texels in f32.
+//! `baked/GRID/P`: 37 lamps put into such a map, and `baked/map_degree`: the choice of its degree P.
 
-use brdf::{BrdfCoefficients, Centre};
+use brdf::{BrdfCoefficients, Centre, Material, Standard, StandardParameters};
 use criterion::{Criterion, criterion_group, criterion_main};
-use sh::{Degree, Expansion, Stop};
-use shrm::{MapGrid, Reflection, View};
-use sphere::{Cube, LatLong};
+use sh::{Degree, Expansion, Light, Stop};
+use shrm::{DegreeRule, LampTables, Lamps, MapContent, MapGrid, MapTolerance, Reflection, Terms, View};
+use sphere::{Cube, Direction, LatLong};
 
 /// Coefficients of size 1 with every q.
 fn reflection(f: usize, p: usize) -> Reflection {
@@ -46,5 +47,43 @@ fn shrm(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, shrm);
+/// Two soft boxes of a studio, each as many small lamps, over a field of degrees 50 and 16.
+fn baked(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("baked");
+    group.sample_size(10);
+    let gold = StandardParameters {
+        base_color: [1.0, 0.77, 0.34],
+        metallic: 1.0,
+        roughness: 0.3,
+        ..StandardParameters::default()
+    };
+    let material = Material::Standard(Standard::new(gold).expect("parameters in their ranges"));
+    let lamp = |k: usize| {
+        let (across, along) = ((k / 2 % 6) as f64, (k / 12) as f64);
+        let [theta, phi] = if k.is_multiple_of(2) { [0.8, 1.6] } else { [1.6, -1.1] };
+        let direction = Direction::from_angles(theta + 0.03 * across, phi + 0.04 * along);
+        Light::from_flux(direction, 0.015 + 0.0003 * k as f64, [0.3, 0.32, 0.35])
+    };
+    let lamps = Lamps { lights: (0..37).map(lamp).collect(), material };
+    let reflection = reflection(50, 16).with_lamps(lamps);
+    let grid = MapGrid::Cube(Cube { edge: 32 });
+    let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).expect("a map");
+    let texels: Vec<usize> = (0..grid.len()).collect();
+    let p = Degree::new(4).expect("a supported degree");
+    group.bench_function("cube_32/4", |bencher| {
+        bencher.iter(|| {
+            reflection.bake_texels(&soft, p, &texels, &mut LampTables::default(), Stop::NEVER).expect("a map")
+        });
+    });
+    let rule = DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: p.get(), terms: Terms::All };
+    let content = MapContent { lamps: true, base: None };
+    group.bench_function("map_degree", |bencher| {
+        bencher.iter(|| {
+            reflection.map_degree(content, rule, &mut LampTables::default(), Stop::NEVER).expect("a degree")
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, shrm, baked);
 criterion_main!(benches);

@@ -1,9 +1,11 @@
-//! The time of a BRDF table. The goal for an Ashikhmin-Shirley table of 128 x 128 views is 3 s on two cores.
+//! `table`: the time of a BRDF table. The goal for an Ashikhmin-Shirley table of 128 x 128 views is 3 s on
+//! two cores. `checks`: the albedos and the reciprocity of a material, which each import of one computes.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use brdf::{
-    AshikhminShirley, Material, MeasuredAnisotropic, PoulinFournier, Ward, from_half_and_difference, tabulate,
+    AshikhminShirley, Material, MeasuredAnisotropic, PoulinFournier, Standard, StandardParameters, Ward,
+    checks, from_half_and_difference, tabulate,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use sh::{Degree, Stop};
@@ -46,5 +48,16 @@ fn tables(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, tables);
+fn albedos(criterion: &mut Criterion) {
+    let gold = StandardParameters {
+        base_color: [1.0, 0.77, 0.34],
+        metallic: 1.0,
+        roughness: 0.3,
+        ..StandardParameters::default()
+    };
+    let gold = Material::Standard(Standard::new(gold).unwrap());
+    criterion.bench_function("checks/standard", |bencher| bencher.iter(|| checks(&gold)));
+}
+
+criterion_group!(benches, tables, albedos);
 criterion_main!(benches);

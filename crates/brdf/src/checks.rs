@@ -214,16 +214,22 @@ impl Integral<'_> {
             })
     }
 
+    /// The sum over the nodes of a rule of at most six nodes in each direction.
     fn rule(&self, panel: SquarePanel, rule: &[(f64, f64)]) -> [f64; 3] {
+        let mut pairs = [[self.view; 2]; SIX.len() * SIX.len()];
+        let mut rho_hats = [[0.0; 3]; SIX.len() * SIX.len()];
+        let count = rule.len() * rule.len();
+        let (pairs, rho_hats) = (&mut pairs[..count], &mut rho_hats[..count]);
+        let nodes = || rule.iter().flat_map(|x| rule.iter().map(move |y| (x, y)));
+        for (pair, ((x, _), (y, _))) in pairs.iter_mut().zip(nodes()) {
+            let w = to_hemisphere(panel.corner + DVec2::new(*x, *y) * panel.size);
+            pair[0] = Direction::from_unit(DVec3::new(w.x, w.y, self.side * w.z));
+        }
+        self.material.rho_hats(pairs, rho_hats);
         let mut sum = [0.0; 3];
-        for (x, weight_x) in rule {
-            for (y, weight_y) in rule {
-                let w = to_hemisphere(panel.corner + DVec2::new(*x, *y) * panel.size);
-                let incident = Direction::from_unit(DVec3::new(w.x, w.y, self.side * w.z));
-                let rho_hat = self.material.rho_hat(incident, self.view);
-                let weight = weight_x * weight_y * panel.size * panel.size * TAU;
-                (0..3).for_each(|channel| sum[channel] += weight * rho_hat[channel]);
-            }
+        for (rho_hat, ((_, weight_x), (_, weight_y))) in rho_hats.iter().zip(nodes()) {
+            let weight = weight_x * weight_y * panel.size * panel.size * TAU;
+            (0..3).for_each(|channel| sum[channel] += weight * rho_hat[channel]);
         }
         sum
     }

@@ -29,6 +29,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use sh::f64x4::SimdLevel;
 use sh::{Degree, Stop, Stopped};
+use sphere::Direction;
 
 use crate::degrees::BLACK_SHARE;
 use crate::lamps::Lamps;
@@ -197,18 +198,20 @@ impl<'a> TexelFit<'a> {
             lamps: vec![F32x8::ZERO; self.views.len()],
         });
         for (lane, &texel) in texels.iter().enumerate() {
+            let values = self.soft.texel(texel);
             for (pair, rows) in self.field_pairs.iter().enumerate() {
                 for (part, row) in rows.iter().enumerate() {
                     let Some(row) = row else { continue };
-                    let value = self.soft.texel(texel)[*row];
+                    let value = values[*row];
                     (0..3).for_each(|channel| lit[channel].field[pair][part].0[lane] = value[channel]);
                 }
             }
-            let (central, lit) =
-                (self.soft.grid().direction(texel), lit.each_mut().map(|lit| &mut lit.lamps[..]));
-            let (table, dark, views) = (&self.table, self.dark, &self.views);
-            level.run(AddLights { table, lamps: &self.lamps, central, dark, views, lane, lit });
         }
+        let centrals: Vec<Direction> =
+            texels.iter().map(|texel| self.soft.grid().direction(*texel)).collect();
+        let (table, dark, views) = (&self.table, self.dark, &self.views);
+        let of_lamps = lit.each_mut().map(|lit| &mut lit.lamps[..]);
+        level.run(AddLights { table, lamps: &self.lamps, centrals: &centrals, dark, views, lit: of_lamps });
         lit
     }
 

@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 use brdf::{Centre, SurfaceView};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use sh::f64x4::SimdLevel;
 use sh::{Light, POINT};
 use sphere::{DVec3, Direction};
 
@@ -103,6 +104,7 @@ impl LightTable {
 
     /// The table of a disk, from that of points, for a highlight of this width.
     fn disk(&self, radius: f64, width: f64, centre: Centre) -> DiskTable {
+        let level = SimdLevel::detect();
         let slice = |angle: &f64| -> Vec<F32x8> {
             let light = |width: f64| {
                 Light { direction: Direction::from_angles(*angle, 0.0), radius, irradiance: [1.0; 3] }
@@ -117,44 +119,31 @@ impl LightTable {
                 points = light(width);
             }
             let mut slice = vec![F32x8::ZERO; self.azimuths * self.vectors];
-            for (direction, share) in points {
-                let (k, next) = place(&self.angles, direction.theta());
-                let turn = -direction.phi() / PI * AZIMUTHS as f64;
-                let (shift, part) = (turn.floor() as isize, turn - turn.floor());
-                let weights =
-                    [(1.0 - next) * (1.0 - part), (1.0 - next) * part, next * (1.0 - part), next * part]
-                        .map(|weight| (share * weight) as f32);
-                for (azimuth, sums) in slice.chunks_exact_mut(self.vectors).enumerate() {
-                    let step = azimuth as isize + shift;
-                    let nodes = [(k, step), (k, step + 1), (k + 1, step), (k + 1, step + 1)];
-                    let nodes = nodes.map(|(k, step)| self.node(0, k, step));
-                    for (node, weight) in nodes.into_iter().zip(weights) {
-                        for (sum, value) in sums.iter_mut().zip(node) {
-                            (0..LANES).for_each(|lane| sum.0[lane] += weight * value.0[lane]);
-                        }
-                    }
-                }
-            }
+            level.run(AddPoints { table: self, points: &points, slice: &mut slice });
             slice
         };
         DiskTable::new(radius, self.angles.par_iter().map(slice).collect())
     }
 
-    /// The values of a disk at a node of the angle and one of the azimuth, which is even and goes around.
-    fn node(&self, disk: usize, angle: usize, azimuth: isize) -> &[F32x8] {
-        self.of_azimuth(disk, angle, self.folded(azimuth))
-    }
-
     /// The azimuth of the table that is the same as another.
     #[inline(always)]
-    fn folded(&self, azimuth: isize) -> usize {
-        let folded = azimuth.rem_euclid(2 * AZIMUTHS as isize) as usize;
+    fn folded(&self, azimuth: i32) -> usize {
+        let folded = azimuth.rem_euclid(2 * AZIMUTHS as i32) as usize;
         folded.min(2 * AZIMUTHS - folded).min(self.azimuths - 1)
     }
 
+    /// The values of a disk at one node of the angle and at the next: azimuth after azimuth.
     #[inline(always)]
-    fn of_azimuth(&self, disk: usize, angle: usize, azimuth: usize) -> &[F32x8] {
-        &self.disks[disk].values[(angle * self.azimuths + azimuth) * self.vectors..][..self.vectors]
+    fn of_angles(&self, disk: usize, angle: usize) -> [&[F32x8]; 2] {
+        let count = self.azimuths * self.vectors;
+        let values = &self.disks[disk].values[angle * count..][..2 * count];
+        [&values[..count], &values[count..]]
+    }
+
+    /// The values at a node of the azimuth, of those at an angle.
+    #[inline(always)]
+    fn at_azimuth<'t>(&self, of_angle: &'t [F32x8], azimuth: usize) -> &'t [F32x8] {
+        &of_angle[azimuth * self.vectors..][..self.vectors]
     }
 }
 
@@ -204,16 +193,94 @@ fn radii(radii: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
     (0..=steps).map(step).collect()
 }
 
-/// The light of a texel's lamps, to be added to a lane of every view.
+/// The mean of the point table over points of a disk, at every azimuth of one angle.
+struct AddPoints<'a> {
+    table: &'a LightTable,
+    /// The points about the central direction, with their shares.
+    points: &'a [(Direction, f64)],
+    slice: &'a mut [F32x8],
+}
+
+impl WithSimd for AddPoints<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { table, points, slice } = self;
+        for (direction, share) in points {
+            let (k, next) = place(&table.angles, direction.theta());
+            let turn = -direction.phi() / PI * AZIMUTHS as f64;
+            let (shift, part) = (turn.floor() as i32, turn - turn.floor());
+            let weights =
+                [(1.0 - next) * (1.0 - part), (1.0 - next) * part, next * (1.0 - part), next * part]
+                    .map(|weight| simd.splat_f32s((share * weight) as f32));
+            let [near, far] = table.of_angles(0, k);
+            for (azimuth, sums) in (shift..).zip(slice.chunks_exact_mut(table.vectors)) {
+                let [below, above] = [azimuth, azimuth + 1].map(|step| table.folded(step));
+                let nodes = [(near, below), (near, above), (far, below), (far, above)];
+                let [a, b, c, d] = nodes.map(|(of_angle, step)| table.at_azimuth(of_angle, step));
+                let values = a.iter().zip(b).zip(c.iter().zip(d));
+                for (sum, ((a, b), (c, d))) in sums.iter_mut().zip(values) {
+                    let mut total = load(simd, sum);
+                    for (value, weight) in [a, b, c, d].into_iter().zip(weights) {
+                        total = simd.add_f32s(total, simd.mul_f32s(weight, load(simd, value)));
+                    }
+                    store(simd, total, sum);
+                }
+            }
+        }
+    }
+}
+
+/// The nodes of one disk beside an angle, and the shares of both angles.
+struct Corners<'a> {
+    angles: [&'a [F32x8]; 2],
+    shares: [f32; 2],
+}
+
+/// The four nodes beside an angle and an azimuth, and their shares.
+struct FourNodes<'a, S: Simd> {
+    nodes: [&'a [F32x8]; 4],
+    shares: [S::f32s; 4],
+}
+
+impl<'a> Corners<'a> {
+    /// The nodes on both sides of an azimuth, at a part of the way from the first to the second.
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, table: &LightTable, steps: [usize; 2], part: f32) -> FourNodes<'a, S> {
+        let ([near, far], [below, above]) = (self.angles, steps);
+        let nodes = [(near, below), (near, above), (far, below), (far, above)];
+        let [near, far] = self.shares;
+        let shares = [near * (1.0 - part), near * part, far * (1.0 - part), far * part];
+        FourNodes {
+            nodes: nodes.map(|(of_angle, step)| table.at_azimuth(of_angle, step)),
+            shares: shares.map(|share| simd.splat_f32s(share)),
+        }
+    }
+}
+
+impl<S: Simd> FourNodes<'_, S> {
+    /// One vector of what is between the nodes.
+    #[inline(always)]
+    fn value(&self, simd: S, index: usize) -> S::f32s {
+        let [a, b, c, d] = self.nodes.map(|node| load(simd, &node[index]));
+        let [first, second, third, fourth] = self.shares;
+        let mut value = simd.mul_f32s(first, a);
+        value = simd.mul_add_f32s(second, b, value);
+        value = simd.mul_add_f32s(third, c, value);
+        simd.mul_add_f32s(fourth, d, value)
+    }
+}
+
+/// The light of the lamps at up to eight texels, a lane for each, to be added to every view.
 pub(super) struct AddLights<'a> {
     pub(super) table: &'a LightTable,
     pub(super) lamps: &'a [PlacedLamp],
-    /// The texel's central direction.
-    pub(super) central: Direction,
+    /// The central direction of each texel.
+    pub(super) centrals: &'a [Direction],
     /// The radiance e below which a value counts as black.
     pub(super) dark: f32,
     pub(super) views: &'a ViewGrid,
-    pub(super) lane: usize,
     pub(super) lit: [&'a mut [F32x8]; 3],
 }
 
@@ -222,66 +289,85 @@ impl WithSimd for AddLights<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { table, lamps, central, dark, views, lane, mut lit } = self;
+        let Self { table, lamps, centrals, dark, views, mut lit } = self;
         let (rows, azimuths) = (views.rows.len(), views.quarter.len() * MIRRORED);
-        let into_local = frame(central).matrix().transpose();
-        let mut sums = vec![F32x8::ZERO; azimuths * table.vectors];
+        let into_local: Vec<_> =
+            centrals.iter().map(|central| frame(*central).matrix().transpose()).collect();
+        let per_texel = azimuths * table.vectors;
+        let mut sums = vec![F32x8::ZERO; centrals.len() * per_texel];
         let mut fluxes = vec![F32x8::ZERO; table.vectors];
         let of_views = (0..views.quarter.len()).flat_map(|j| views.azimuths(j)).collect::<Vec<_>>();
-        // The nodes beside each azimuth, and the part of the way from one to the other.
-        let mut places = vec![([0; 2], 0.0_f32); of_views.len()];
+        // The node before each azimuth, and the part of the way to the next one.
+        let mut places = vec![(0_i32, 0.0_f32); of_views.len()];
+        // Neighbouring texels read the same part of the tables for one lamp.
         for lamp in lamps {
-            let direction = Direction::normalised(into_local * lamp.direction);
-            let (k, next) = place(&table.angles, direction.theta());
-            let (next, turn) = (next as f32, direction.phi());
             let strongest = lamp.flux.iter().fold(0.0, |most: f32, flux| most.max(*flux));
-            let largest = |disk: usize| table.disks[disk].largest[k].max(table.disks[disk].largest[k + 1]);
-            if strongest * lamp.disks.map(|(disk, _)| largest(disk)).into_iter().fold(0.0, f32::max)
-                < UNSEEN * dark
-            {
-                continue;
-            }
             for (channel, flux) in lamp.flux.into_iter().enumerate() {
                 (channel * rows..(channel + 1) * rows).for_each(|at| fluxes[at / LANES].0[at % LANES] = flux);
             }
-            for (place, azimuth) in places.iter_mut().zip(&of_views) {
-                let step = (azimuth - turn) / PI * AZIMUTHS as f64;
-                let below = step.floor();
-                let nodes = [table.folded(below as isize), table.folded(below as isize + 1)];
-                *place = (nodes, (step - below) as f32);
-            }
-            for (disk, of_disk) in lamp.disks {
-                if of_disk <= 0.0 {
+            for (into_local, sums) in into_local.iter().zip(sums.chunks_exact_mut(per_texel)) {
+                let direction = Direction::normalised(*into_local * lamp.direction);
+                let (k, next) = place(&table.angles, direction.theta());
+                let (next, turn) = (next as f32, direction.phi());
+                let largest =
+                    |disk: usize| table.disks[disk].largest[k].max(table.disks[disk].largest[k + 1]);
+                if strongest * lamp.disks.map(|(disk, _)| largest(disk)).into_iter().fold(0.0, f32::max)
+                    < UNSEEN * dark
+                {
                     continue;
                 }
-                for (([below, above], part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors))
-                {
-                    let (a, b) = (table.of_azimuth(disk, k, *below), table.of_azimuth(disk, k, *above));
-                    let (c, d) =
-                        (table.of_azimuth(disk, k + 1, *below), table.of_azimuth(disk, k + 1, *above));
-                    let [near, far] = [of_disk * (1.0 - next), of_disk * next];
-                    let weights = [near * (1.0 - part), near * part, far * (1.0 - part), far * part];
-                    let [first, second, third, fourth] = weights;
-                    let first = simd.splat_f32s(first);
-                    let second = simd.splat_f32s(second);
-                    let third = simd.splat_f32s(third);
-                    let fourth = simd.splat_f32s(fourth);
-                    let values = a.iter().zip(b).zip(c.iter().zip(d));
-                    for ((sum, flux), ((a, b), (c, d))) in sums.iter_mut().zip(&fluxes).zip(values) {
-                        let mut value = simd.mul_f32s(first, load(simd, a));
-                        value = simd.mul_add_f32s(second, load(simd, b), value);
-                        value = simd.mul_add_f32s(third, load(simd, c), value);
-                        value = simd.mul_add_f32s(fourth, load(simd, d), value);
-                        store(simd, simd.mul_add_f32s(value, load(simd, flux), load(simd, sum)), sum);
+                for (place, azimuth) in places.iter_mut().zip(&of_views) {
+                    let step = (azimuth - turn) / PI * AZIMUTHS as f64;
+                    let below = step.floor();
+                    *place = (below as i32, (step - below) as f32);
+                }
+                // Both disks at once: the sum of an azimuth is read and written once.
+                let of_disk = |(disk, share): (usize, f32)| Corners {
+                    angles: table.of_angles(disk, k),
+                    shares: [share * (1.0 - next), share * next],
+                };
+                let [smaller, larger] = lamp.disks;
+                let both = [smaller, larger].map(of_disk);
+                let used = match (smaller.1 > 0.0, larger.1 > 0.0) {
+                    (true, true) => &both[..],
+                    (true, false) => &both[..1],
+                    _ => &both[1..],
+                };
+                for ((below, part), sums) in places.iter().zip(sums.chunks_exact_mut(table.vectors)) {
+                    let steps = [*below, below + 1].map(|step| table.folded(step));
+                    match used {
+                        [a, b] => {
+                            let (a, b) = (a.at(simd, table, steps, *part), b.at(simd, table, steps, *part));
+                            for (index, (sum, flux)) in sums.iter_mut().zip(&fluxes).enumerate() {
+                                let flux = load(simd, flux);
+                                let total = simd.mul_add_f32s(a.value(simd, index), flux, load(simd, sum));
+                                store(simd, simd.mul_add_f32s(b.value(simd, index), flux, total), sum);
+                            }
+                        }
+                        disks => {
+                            for disk in disks {
+                                let disk = disk.at(simd, table, steps, *part);
+                                for (index, (sum, flux)) in sums.iter_mut().zip(&fluxes).enumerate() {
+                                    let value = disk.value(simd, index);
+                                    store(
+                                        simd,
+                                        simd.mul_add_f32s(value, load(simd, flux), load(simd, sum)),
+                                        sum,
+                                    );
+                                }
+                            }
+                        }
                     }
                 }
             }
         }
-        for (azimuth, sums) in sums.chunks_exact(table.vectors).enumerate() {
-            for (channel, lit) in lit.iter_mut().enumerate() {
-                for row in 0..rows {
-                    let at = channel * rows + row;
-                    lit[row * azimuths + azimuth].0[lane] = sums[at / LANES].0[at % LANES];
+        for (lane, sums) in sums.chunks_exact(per_texel).enumerate() {
+            for (azimuth, sums) in sums.chunks_exact(table.vectors).enumerate() {
+                for (channel, lit) in lit.iter_mut().enumerate() {
+                    for row in 0..rows {
+                        let at = channel * rows + row;
+                        lit[row * azimuths + azimuth].0[lane] = sums[at / LANES].0[at % LANES];
+                    }
                 }
             }
         }
