@@ -92,7 +92,7 @@ use engine::{
     Artifact, Context, Diagnostic, Failure, Kind, Output, Parameter, Parameters as _, Port, Product,
     Reporter, Value, ValueKind, choice, parameters, unexpected,
 };
-use probes::{COARSEST, Lattice, ProbePlaces, Repair, Scene, ScenePart, Surfaces, Volume, scatter};
+use probes::{Lattice, ProbePlaces, Repair, SCATTER_RATIO, Scene, ScenePart, Surfaces, Volume, scatter};
 use stages::artifacts;
 use stages::plugin::{Place, UntilStopped};
 
@@ -369,8 +369,12 @@ impl Parameters {
         let mut points: Vec<[f32; 3]> = Vec::new();
         for (index, (name, bounds)) in boxes.iter().enumerate() {
             // The coarse cells, each of which becomes a point at least.
-            let coarse =
-                Volume::with_spacing(name.clone(), *bounds, spacing * COARSEST as f32, Lattice::Centres)?;
+            let coarse = Volume::with_spacing(
+                name.clone(),
+                *bounds,
+                spacing * SCATTER_RATIO as f32,
+                Lattice::Centres,
+            )?;
             check_count(points.len() + coarse.len())?;
             let own = reporter.until_stopped(|stop| {
                 scatter(surfaces, *bounds, spacing, stop).map_err(|stopped| failure(stopped.into()))

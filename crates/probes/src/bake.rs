@@ -22,7 +22,7 @@ use crate::transport::Transport;
 
 /// Raised when the results of bakes or of [`crate::ProbePlaces`], [`crate::rooms`] or [`crate::scatter`]
 /// change: every kind of stage that calls them adds this to its own revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
 /// Paths whose sums are kept in single precision.
 const PATHS_IN_SINGLE: u32 = 256;

@@ -23,7 +23,7 @@ use sampling::PointsOfFour;
 use sh::{Stop, Stopped};
 
 use crate::material::MOST_ALBEDO;
-use crate::paths::{CachedLight, Met, PathRay, Paths, Visitor, around};
+use crate::paths::{AtPlace, CachedLight, Met, PathRay, Paths, Visitor, around};
 use crate::random::{hash, share_of};
 use crate::surface_points::{Sequence, SurfacePoints};
 use crate::surfaces::{Place, Surfaces};
@@ -149,13 +149,16 @@ impl Cache {
 }
 
 impl CachedLight for Cache {
-    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> Option<&[f32]> {
-        let light = self.light.get(if self.has_all { 0 } else { reflections as usize })?;
+    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> AtPlace<'_> {
+        let Some(light) = self.light.get(if self.has_all { 0 } else { reflections as usize }) else {
+            return AtPlace::Nothing;
+        };
         if directions * self.points.area * met.cosine > self.rays as f32 * met.distance * met.distance {
-            return None;
+            return AtPlace::TooCoarse;
         }
-        let point = self.points.find(surfaces, &met.place)?;
-        light.get(point * self.length..(point + 1) * self.length)
+        let point = self.points.find(surfaces, &met.place);
+        let light = point.and_then(|point| light.get(point * self.length..(point + 1) * self.length));
+        light.map_or(AtPlace::Nothing, AtPlace::Light)
     }
 }
 

@@ -48,7 +48,7 @@ pub use places::{PlacesError, ProbePlaces, Repair};
 pub use places_parts::PlacesParts;
 pub use ringing::{least_window, window_factor};
 pub use rooms::rooms;
-pub use scatter::{COARSEST, scatter};
+pub use scatter::{SCATTER_RATIO, scatter};
 pub use scene::{Corner, NamedBox, Part, Scene, SceneError, SceneParts};
 pub use scene_part::ScenePart;
 pub use surfaces::Surfaces;

@@ -7,9 +7,11 @@
 //! what goes on is divided by the chance to do so: the mean stays what it was (Arvo and Kirk, "Particle
 //! transport and image synthesis", 1990).
 //!
-//! With a cache of the light at surfaces, a path ends at the first one: what
-//! is left of it is then the choice of a direction. A point of the cache has few rays, so that a path goes
-//! on to the next surface if more rays than these come to the same point.
+//! With a cache of the light at surfaces, a path ends at the first one: what is left of it is then the
+//! choice of a direction. A point of the cache has few rays, so that a path goes on to the next surface if
+//! more rays than these come to the same point. It is split there, because the wall next to a probe is half
+//! of all that the probe sees, and a ray for each path finds a small window from it no better than the
+//! probe's own rays do (Arvo and Kirk again, splitting).
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -22,6 +24,9 @@ use crate::surfaces::{Place, Surfaces};
 
 /// The reflections after which paths may end at random.
 const ROULETTE_AFTER: u32 = 4;
+
+/// The rays of a path that goes on from a surface next to its probe, where the cache is too coarse.
+const PARTS: u32 = 4;
 
 /// The reflections whose numbers are prepared.
 const PREPARED: usize = 8;
@@ -54,31 +59,51 @@ pub(crate) trait Visitor {
 
 /// Light of points on surfaces, of all reflections that paths may have.
 pub(crate) trait CachedLight {
-    /// The light of the point that stands for the place that a ray met after some reflections.
-    ///
-    /// There may be no such point, or so many of the rays from one place meet the same point that those
-    /// of a path from each of them are more: `directions` is how many rays there are in a steradian.
-    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> Option<&[f32]>;
+    /// The light of the point that stands for the place that a ray met after some reflections; `directions`
+    /// is how many rays from the same place there are in a steradian.
+    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> AtPlace<'_>;
+}
+
+/// What the cache knows of a place.
+pub(crate) enum AtPlace<'a> {
+    /// The light of the point that stands for it.
+    Light(&'a [f32]),
+    /// More rays from one place meet its point than the point has rays of its own.
+    TooCoarse,
+    /// No point stands for it.
+    Nothing,
 }
 
 /// The numbers of the paths of a block: those of different blocks, and of different probes, are independent.
 pub(crate) struct Numbers {
-    seed: u64,
     first: PointsOfFour,
-    /// For each reflection, the numbers of the next direction and of the shadow rays.
-    later: [[PointsOfFour; 2]; PREPARED],
+    whole: LaterNumbers,
+    parts: LaterNumbers,
 }
 
 impl Numbers {
     pub(crate) fn new(seed: u64) -> Self {
+        let first = PointsOfFour::new(hash(seed));
+        Self { first, whole: LaterNumbers::new(seed), parts: LaterNumbers::new(!seed) }
+    }
+}
+
+/// The numbers of paths after a reflection.
+struct LaterNumbers {
+    seed: u64,
+    /// For each reflection, the numbers of the next direction and of the shadow rays.
+    sets: [[PointsOfFour; 2]; PREPARED],
+}
+
+impl LaterNumbers {
+    fn new(seed: u64) -> Self {
         let of = |set: u64| PointsOfFour::new(hash(seed ^ (set << 1)));
-        let later = std::array::from_fn(|k| [of(2 * k as u64 + 1), of(2 * k as u64 + 2)]);
-        Self { seed, first: of(0), later }
+        Self { seed, sets: std::array::from_fn(|k| [of(2 * k as u64 + 1), of(2 * k as u64 + 2)]) }
     }
 
     /// The numbers of a path after some reflections: of the next direction (1), or of the shadow rays (2).
     fn after(&self, reflections: u32, which: usize, index: u32) -> [f32; 4] {
-        match self.later.get(reflections as usize) {
+        match self.sets.get(reflections as usize) {
             Some(sets) => sets[which - 1].get(index),
             None => {
                 let set = 2 * u64::from(reflections) + which as u64;
@@ -103,6 +128,7 @@ pub(crate) struct Paths<'a> {
 }
 
 /// A ray of a path.
+#[derive(Clone, Copy)]
 pub(crate) struct PathRay {
     pub(crate) origin: Vec3,
     pub(crate) direction: Vec3,
@@ -117,6 +143,7 @@ pub(crate) struct PathRay {
 }
 
 /// A surface that a ray met and that reflects.
+#[derive(Clone, Copy)]
 pub(crate) struct Met {
     pub(crate) place: Place,
     pub(crate) albedo: [f32; 3],
@@ -134,7 +161,8 @@ impl Met {
 
 impl Paths<'_> {
     /// Traces a path of a block from a place. With a cache, which comes with the number of paths of the
-    /// block, it ends at the first surface or the second one if there is a point.
+    /// block, it ends at the first surface or the second one if there is a point; it is split at the first
+    /// one if the cache is too coarse there.
     pub(crate) fn trace(
         &self,
         from: Vec3,
@@ -150,11 +178,11 @@ impl Paths<'_> {
             density: 0.25 * FRAC_1_PI,
             throughput: [4.0 * PI; 3],
             reflections: 0,
-            passing: numbers.passing(0, index),
+            passing: numbers.whole.passing(0, index),
         };
         visitor.begin(ray.direction);
         if let Some(emitters) = self.emitters {
-            let [a, b, c, _] = numbers.after(0, 2, index);
+            let [a, b, c, _] = numbers.whole.after(0, 2, index);
             for number in 0..emitters.rays() {
                 let seen = emitters.seen_from(self.surfaces, from, number, [a, b, c]);
                 let Some(seen) = seen else { continue };
@@ -164,37 +192,75 @@ impl Paths<'_> {
                 visitor.emission_from(seen.direction, seen.column, share);
             }
         }
-        while let Some(met) = self.meet(&mut ray, visitor) {
+        let Some(met) = self.meet(&mut ray, visitor) else { return };
+        if self.bounces == Some(0) {
+            return;
+        }
+        let known = cache.map_or(AtPlace::Nothing, |(cache, rays)| {
+            cache.find(self.surfaces, &met, 0, rays as f32 * 0.25 * FRAC_1_PI)
+        });
+        self.reflect(&mut ray, &met, visitor);
+        let cache = cache.map(|(cache, _)| cache);
+        match known {
+            AtPlace::Light(light) => visitor.cached(light, ray.throughput),
+            AtPlace::Nothing => {
+                let numbers = (&numbers.whole, index);
+                self.go_on(ray, met, [next_u, next_v], numbers, cache, visitor);
+            }
+            AtPlace::TooCoarse => {
+                for part in 0..PARTS {
+                    let index = index.wrapping_mul(PARTS).wrapping_add(part);
+                    let [u, v, ..] = numbers.parts.after(1, 1, index);
+                    let throughput = ray.throughput.map(|light| light / PARTS as f32);
+                    let part = PathRay { throughput, ..ray };
+                    self.go_on(part, met, [u, v], (&numbers.parts, index), cache, visitor);
+                }
+            }
+        }
+    }
+
+    /// Follows a path from the first surface, which it leaves by the numbers u and v.
+    fn go_on(
+        &self,
+        mut ray: PathRay,
+        mut met: Met,
+        [mut u, mut v]: [f32; 2],
+        (numbers, index): (&LaterNumbers, u32),
+        cache: Option<&impl CachedLight>,
+        visitor: &mut impl Visitor,
+    ) {
+        let mut chance = 0.0;
+        loop {
+            let place = &met.place;
+            self.sample_emitters(place, &ray, numbers.after(ray.reflections, 2, index), visitor);
+            if ray.reflections > ROULETTE_AFTER {
+                let most = met.largest_albedo();
+                if chance >= most {
+                    return;
+                }
+                ray.throughput = ray.throughput.map(|light| light / most);
+            }
+            ray.passing = numbers.passing(ray.reflections, index);
+            ray.leaves(place, u, v);
+            let Some(next) = self.meet(&mut ray, visitor) else { return };
+            met = next;
             if self.bounces.is_some_and(|most| ray.reflections >= most) {
                 return;
             }
-            let point = cache.and_then(|(cache, rays)| {
-                let in_steradian = if ray.reflections == 0 { rays as f32 * 0.25 * FRAC_1_PI } else { 0.0 };
-                cache.find(self.surfaces, &met, ray.reflections, in_steradian)
-            });
-            ray.reflections += 1;
-            ray.throughput = times(ray.throughput, met.albedo);
-            visitor.reflects(self.surfaces, &met.place, ray.throughput.map(|light| light * FRAC_1_PI));
-            if let Some(light) = point {
+            let known = cache.map(|cache| cache.find(self.surfaces, &met, ray.reflections, 0.0));
+            self.reflect(&mut ray, &met, visitor);
+            if let Some(AtPlace::Light(light)) = known {
                 return visitor.cached(light, ray.throughput);
             }
-            self.sample_emitters(&met.place, &ray, numbers.after(ray.reflections, 2, index), visitor);
-            let (u, v) = if ray.reflections == 1 {
-                (next_u, next_v)
-            } else {
-                let [u, v, chance, _] = numbers.after(ray.reflections, 1, index);
-                if ray.reflections > ROULETTE_AFTER {
-                    let most = met.largest_albedo();
-                    if chance >= most {
-                        return;
-                    }
-                    ray.throughput = ray.throughput.map(|light| light / most);
-                }
-                (u, v)
-            };
-            ray.passing = numbers.passing(ray.reflections, index);
-            ray.leaves(&met.place, u, v);
+            [u, v, chance, _] = numbers.after(ray.reflections, 1, index);
         }
+    }
+
+    /// Takes a ray's light over to the surface that it met.
+    fn reflect(&self, ray: &mut PathRay, met: &Met, visitor: &mut impl Visitor) {
+        ray.reflections += 1;
+        ray.throughput = times(ray.throughput, met.albedo);
+        visitor.reflects(self.surfaces, &met.place, ray.throughput.map(|light| light * FRAC_1_PI));
     }
 
     /// What a ray meets, after its light of the sky or of emission; `None` if nothing there reflects.

@@ -10,14 +10,14 @@ use crate::validity::Viewer;
 /// How often a cell without surfaces is halved less than one with them.
 const LEVELS: u32 = 2;
 
-/// The length of the coarsest cells, in lengths of the finest.
-pub const COARSEST: usize = 1 << LEVELS;
+/// The distance between scattered points far away from surfaces, in distances of those at surfaces.
+pub const SCATTER_RATIO: usize = 1 << LEVELS;
 
-/// Points in a box, about `spacing` metres apart at surfaces and [`COARSEST`] times that far away from them;
+/// Points in a box, about `spacing` metres apart at surfaces and [`SCATTER_RATIO`] times that far away from them;
 /// none inside of a solid.
 ///
 /// The box is divided into cells, and those that a triangle meets are halved along all axes, until they are
-/// no longer than `spacing`. There are as many coarse cells as the box has lengths of [`COARSEST`] spacings:
+/// no longer than `spacing`. There are as many coarse cells as the box has lengths of [`SCATTER_RATIO`] spacings:
 /// it is for the caller to have counted them. Uses all threads; the result does not depend on their number.
 ///
 /// # Errors
@@ -32,7 +32,7 @@ pub fn scatter(
     let triangles: Vec<[Vec3; 3]> =
         surfaces.parts.triangles.iter().map(|corners| corners.map(Vec3::from)).collect();
     let [least, most] = bounds.map(Vec3::from);
-    let counts = ((most - least) / (spacing * COARSEST as f32)).ceil().max(Vec3::ONE);
+    let counts = ((most - least) / (spacing * SCATTER_RATIO as f32)).ceil().max(Vec3::ONE);
     let size = (most - least) / counts;
     let counts = counts.to_array().map(|count| count as usize);
     // The triangles whose bounds meet each coarse cell, in the order of the scene.
