@@ -7,9 +7,9 @@
 //! points, and choose what a pixel shows, as the CPU's `BandRenderer` does. All formulas are in `shading/`,
 //! where each shader has its twin. In the modes that shade vertices, `vertices.wgsl` does so before, and
 //! `raster.wgsl` draws their radiance as the map that the mode reads; for shadows it draws positions.
-//! Where brute force follows the product of light and material, `product.wgsl` makes its tables when the view
-//! changes. If an object has a texture, `coloured.wgsl` draws the base colours of all, by which `textured.wgsl`
-//! changes the radiance before it is developed.
+//! Where brute force follows the product of light and material, `product.wgsl` makes its tables when the
+//! view changes. If an object has a texture, `coloured.wgsl` draws the base colours of all, by which
+//! `textured.wgsl` changes the radiance before it is developed.
 //!
 //! The samples of a pixel are drawn one after another, so that memory does not grow with their number. The
 //! shaders load and blend texels themselves, because samplers have weights of eight bits and their own rules

@@ -4,10 +4,10 @@
 //! `cargo run --release -p bench --features gpu --bin brute-force-noise -- [--size N] [ENVIRONMENT...]`
 //!
 //! Each table is of a sphere of one metal under one environment, in N x N pixels (64): the sample assets'
-//! studio, and those of the lat-long files. Noise is the root mean square error over the sphere, relative to
-//! that of the picture itself; the truth has 32,768 even points a pixel. A time is the median of three pictures,
-//! after one that makes what all share, each from a direction of its own, so that it includes the tables of a
-//! view. The last column is noise squared times time without the product over that with it.
+//! studio, and those of the lat-long files. Noise is the root mean square error over the sphere, relative
+//! to that of the picture itself; the truth has 32,768 even points a pixel. A time is the median of three
+//! pictures, after one that makes what all share, each from a direction of its own, so that it includes the
+//! tables of a view. The last column is noise squared times time without the product over that with it.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -8,8 +8,8 @@
 //! balance heuristic of [`crate::shading::brute_force`] stays unbiased however far the sampler is from the
 //! product at a pixel.
 //!
-//! A lobe that the series does not hold ([`held_series`]) is sampled better by its own shape: then there is no
-//! sampler. A device follows the product by tables of its own ([`crate::shading::product_tables`]): both
+//! A lobe that the series does not hold ([`held_series`]) is sampled better by its own shape: then there is
+//! no sampler. A device follows the product by tables of its own ([`crate::shading::product_tables`]): both
 //! converge to the same integral.
 
 use std::collections::HashMap;

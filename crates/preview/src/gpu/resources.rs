@@ -77,8 +77,8 @@ impl Resources {
         })
     }
 
-    /// Makes the resources that a shot of a scene needs for so many of its light samples, and drops those that
-    /// the scene does not use.
+    /// Makes the resources that a shot of a scene needs for so many of its light samples, and drops those
+    /// that the scene does not use.
     pub(super) fn prepare(
         &mut self,
         scene: &Scene,

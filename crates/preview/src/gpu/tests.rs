@@ -254,8 +254,8 @@ fn a_picture_is_cancelled() {
     assert_eq!(gpu.render(&scene, &shot, Stop::when(&stop)), Err(RenderError::Cancelled));
 }
 
-/// A picture refined over several calls equals one drawn at once, with samples of the product and without. The
-/// tables of another view are made again.
+/// A picture refined over several calls equals one drawn at once, with samples of the product and without.
+/// The tables of another view are made again.
 #[test]
 fn brute_force_accumulates_while_the_view_stays() {
     let Some(mut gpu) = gpu("brute_force_accumulates_while_the_view_stays") else { return };
@@ -399,7 +399,7 @@ fn pictures_by_the_product_have_a_third_of_the_noise_and_the_same_mean() {
         }
         let [by_product, without] = squares.map(f64::sqrt);
         assert!(3.0 * by_product < without, "{mode:?}: {by_product} {without}");
-        // The errors of pixels are independent: their sum is within 4 of its deviations, and the truth's 0.1 %.
+        // Errors of pixels are independent: their sum is within 4 of its deviations, and the truth's 0.1 %.
         let allowed = 4.0 * by_product + 1e-3 * truth_sum;
         assert!(f64::abs(error_sum) < allowed, "{mode:?}: {error_sum} {by_product} {truth_sum}");
     }

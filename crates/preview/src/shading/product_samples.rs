@@ -1,10 +1,10 @@
 //! Samples of the product of light and material, and their density in a direction.
 //!
-//! On a device, the tables of a view ([`super::product_tables`]) give the distribution of blocks of the sphere
-//! for the cell of a surface's normal. A point of the unit square goes through five distributions: a row of
-//! blocks, a block, a row of texels in it, a texel of that row by the light's own distribution
-//! ([`super::light_samples`]), and the uniform one inside the texel. Each is monotone, so that even points stay
-//! even. The density comes from the same f32 steps.
+//! On a device, the tables of a view ([`super::product_tables`]) give the distribution of blocks of the
+//! sphere for the cell of a surface's normal. A point of the unit square goes through five distributions: a
+//! row of blocks, a block, a row of texels in it, a texel of that row by the light's own distribution
+//! ([`super::light_samples`]), and the uniform one inside the texel. Each is monotone, so that even points
+//! stay even. The density comes from the same f32 steps.
 
 use glam::Vec3;
 use sampling::ProductSampler;
@@ -106,7 +106,7 @@ fn step(distribution: &[f32], place: usize) -> f32 {
     distribution[place + 1] - distribution[place]
 }
 
-/// The last of `count` places whose distribution is at most `share`, which becomes the share inside the place.
+/// The last of `count` places whose distribution is at most `share`, which becomes the share inside it.
 fn draw(distribution: &[f32], count: usize, share: &mut f32) -> usize {
     let (mut place, mut left) = (0, count);
     while left > 1 {
