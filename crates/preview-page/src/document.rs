@@ -164,7 +164,7 @@ impl Document {
         ]))
     }
 
-    /// The page that a server sends: its style and script are files beside it, [`STYLE`] and [`served_script`].
+    /// The page that a server sends, with files beside it: [`STYLE`] and [`served_script`].
     ///
     /// # Errors
     /// If a number of the document is not finite.
