@@ -13,12 +13,13 @@ const LEVELS: u32 = 2;
 /// The distance between scattered points far away from surfaces, in distances of those at surfaces.
 pub const SCATTER_RATIO: usize = 1 << LEVELS;
 
-/// Points in a box, about `spacing` metres apart at surfaces and [`SCATTER_RATIO`] times that far away from them;
-/// none inside of a solid.
+/// Points in a box, about `spacing` metres apart at surfaces and [`SCATTER_RATIO`] times that far away from
+/// them; none inside of a solid.
 ///
 /// The box is divided into cells, and those that a triangle meets are halved along all axes, until they are
-/// no longer than `spacing`. There are as many coarse cells as the box has lengths of [`SCATTER_RATIO`] spacings:
-/// it is for the caller to have counted them. Uses all threads; the result does not depend on their number.
+/// no longer than `spacing`. There are as many coarse cells as the box has lengths of [`SCATTER_RATIO`]
+/// spacings: it is for the caller to have counted them. Uses all threads; the result does not depend on their
+/// number.
 ///
 /// # Errors
 /// If it was stopped.

@@ -329,8 +329,8 @@ fn the_furnace_shines_as_its_closed_form_at_a_million_paths() {
 
 /// The light of the sky on surfaces between probes that are half and a quarter of a metre apart. A plain try
 /// (trilinear, without probes behind walls or inside of something) has errors of 20 and 7 percent in the
-/// rooms, and of 3.5 and 3 in the courtyard: no worse than these. Ours has 17.0, 3.6, 2.8 and 2.3 percent;
-/// fewer paths add their noise, 5 percent of the 6.3 at 2048 paths in the rooms.
+/// rooms, and of 3.5 and 3 in the courtyard: no worse than these. Ours has 16.9, 3.2, 2.6 and 1.7 percent,
+/// some of it the noise of few paths.
 #[test]
 fn surfaces_take_their_light_from_probes_on_their_side() {
     let test = "surfaces_take_their_light_from_probes_on_their_side";
