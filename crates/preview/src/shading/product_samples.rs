@@ -18,7 +18,7 @@ use crate::Shot;
 shader_constants!("PRODUCT_SAMPLES_":
     /// The number of light samples before those that follow the product, on a device: while the view changes,
     /// a slow device draws no more, and makes no tables.
-    pub(crate) FIRST: u32 = 4;
+    pub FIRST: u32 = 4;
     /// The share of samples that follow the product, if there is a sampler of it.
     pub(crate) SHARE: f32 = 0.9;
 );
