@@ -10,7 +10,9 @@ use sphere::{Direction, LatLong};
 
 use super::*;
 use crate::shading::product_samples::{FIRST, ProductCell};
-use crate::shading::product_tables::{CELLS, ProductTables, ViewAxes};
+#[cfg(feature = "gpu")]
+use crate::shading::product_tables::CELLS;
+use crate::shading::product_tables::{ProductTables, ViewAxes};
 #[cfg(feature = "gpu")]
 use crate::shading::{lobe_sampling, on_device, product_samples, sequence, shadows::NO_SHADOWS};
 use crate::{Light, MapSizes, PointSet};
