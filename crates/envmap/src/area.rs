@@ -11,9 +11,6 @@ use sphere::LatLong;
 
 use crate::pixels::Pixels;
 
-/// The old rows that are decoded at once, if a new row does not need more.
-const ROWS: usize = 128;
-
 /// For each new cell, the old cells that it overlaps and the part of the new cell that each covers.
 type Overlaps = Vec<Vec<(usize, f64)>>;
 
@@ -110,19 +107,19 @@ fn averaged(
     out
 }
 
-/// [`averaged`] over the pixels of an image, of which a few rows are decoded at a time.
+/// [`averaged`] over the pixels of an image, of which a band is decoded at a time.
 fn averaged_rows(pixels: &Pixels, columns: &Overlaps, rows: &Overlaps) -> Vec<[f32; 3]> {
     let mut out = vec![[0.0; 3]; columns.len() * rows.len()];
-    let at_once = (ROWS * rows.len() / pixels.height()).max(1);
-    let parts = out.par_chunks_mut(at_once * columns.len()).zip(rows.par_chunks(at_once));
-    parts.for_each_init(Vec::new, |scratch, (out, rows)| {
+    let at_once = (pixels.rows_of_band() * rows.len() / pixels.height()).max(1);
+    let mut scratch = Vec::new();
+    for (out, rows) in out.chunks_mut(at_once * columns.len()).zip(rows.chunks(at_once)) {
         let olds = || rows.iter().flatten().map(|(old, _)| *old);
         let (first, last) = (olds().min().unwrap_or(0), olds().max().unwrap_or(0));
-        let (pixels, width) = (pixels.rows(first..last + 1, scratch), pixels.width());
-        for (values, row) in out.chunks_mut(columns.len()).zip(rows) {
+        let (pixels, width) = (pixels.band(first..last + 1, &mut scratch), pixels.width());
+        out.par_chunks_mut(columns.len()).zip(rows).for_each(|(values, row)| {
             average(values, columns, row, |row, column| pixels[(row - first) * width + column]);
-        }
-    });
+        });
+    }
     out
 }
 

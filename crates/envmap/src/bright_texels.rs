@@ -5,6 +5,7 @@
 //! solid angles of its weights to c, and scales its radiance by w / c, with w its own solid angle: its energy
 //! is then preserved exactly, and values stay non-negative.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -20,8 +21,8 @@ const BRIGHTER: f32 = 2.0;
 /// fits into 64 bits.
 const UNIT: f64 = (1u64 << 58) as f64;
 
-/// The rows that are searched at once: a number of whole words of `is_bright` for every width.
-const ROWS: usize = 128;
+/// The rows that a thread searches at once: whole words of `is_bright` for every width.
+const ROWS: usize = 64;
 
 /// The bright texels of a picture.
 pub(crate) struct BrightTexels {
@@ -35,11 +36,71 @@ pub(crate) struct BrightTexels {
 }
 
 /// What keeps the energy of bright texels.
-pub(crate) struct Balanced {
+pub(crate) struct EnergyBalance {
     /// Radiance in place of that of bright texels.
     pub(crate) scaled: Vec<(u32, [f32; 3])>,
     /// The bright texels that no point of the new grid has sampled, and their radiance.
     pub(crate) unseen: Vec<(usize, [f32; 3])>,
+}
+
+/// Some rows of a picture, with two more above and below if it has them.
+struct Near<'a, T> {
+    picture: T,
+    width: usize,
+    /// Of the whole picture.
+    height: usize,
+    /// The first of the rows that are there.
+    first: usize,
+    pixels: &'a [[f32; 3]],
+}
+
+impl<T: Texels> Near<'_, T> {
+    fn pixel(&self, texel: usize) -> [f32; 3] {
+        self.pixels[texel - self.first * self.width]
+    }
+
+    /// The brightness of a texel, and 1 for one that the layout uses.
+    fn weighed(&self, texel: usize) -> [f32; 2] {
+        match self.picture.uses(texel) {
+            true => [self.pixel(texel).iter().fold(0.0, |sum, value| sum + value.abs()), 1.0],
+            false => [0.0, 0.0],
+        }
+    }
+
+    /// The bright texels of some rows and their radiance; their bits are set in `words`, which begin with the
+    /// first of these rows. `columns` is for sums.
+    fn bright(
+        &self,
+        rows: Range<usize>,
+        columns: &mut Vec<[f32; 2]>,
+        words: &mut [u64],
+    ) -> Vec<(u32, [f32; 3])> {
+        let width = self.width;
+        let mut texels = Vec::new();
+        for row in rows.clone() {
+            columns.clear();
+            columns.resize(width, [0.0; 2]);
+            for near in row.saturating_sub(2)..(row + 3).min(self.height) {
+                for (column, sum) in columns.iter_mut().enumerate() {
+                    let value = self.weighed(near * width + column);
+                    *sum = [sum[0] + value[0], sum[1] + value[1]];
+                }
+            }
+            for column in 0..width {
+                let near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
+                let [light, count] =
+                    near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
+                let texel = row * width + column;
+                // light / count is the mean; unused pixels are 0, so that they are never brighter.
+                if self.weighed(texel)[0] * count > BRIGHTER * light {
+                    let bit = texel - rows.start * width;
+                    words[bit / 64] |= 1 << (bit % 64);
+                    texels.push((texel as u32, self.pixel(texel)));
+                }
+            }
+        }
+        texels
+    }
 }
 
 impl BrightTexels {
@@ -47,45 +108,26 @@ impl BrightTexels {
     pub(crate) fn find<T: Texels>(picture: T, pixels: &Pixels) -> Self {
         let (width, height) = (pixels.width(), pixels.height());
         let mut is_bright = vec![0_u64; (width * height).div_ceil(64)];
-        let words = is_bright.par_chunks_mut(ROWS * width / 64).enumerate();
-        let found = words.map_init(<(Vec<_>, Vec<_>)>::default, |(scratch, columns), (part, words)| {
-            let rows = part * ROWS..((part + 1) * ROWS).min(height);
+        let mut texels = Vec::new();
+        let parts = (pixels.rows_of_band() / ROWS).max(1);
+        let mut scratch = Vec::new();
+        for (band, words) in is_bright.chunks_mut(parts * ROWS * width / 64).enumerate() {
+            let rows = band * parts * ROWS..((band + 1) * parts * ROWS).min(height);
             let around = rows.start.saturating_sub(2)..(rows.end + 2).min(height);
-            let near = pixels.rows(around.clone(), scratch);
-            let mut texels = Vec::new();
-            // The brightness, and 1 for a pixel that the layout uses.
-            let weighed = |texel: usize| match picture.uses(texel) {
-                true => {
-                    let pixel = near[texel - around.start * width];
-                    [pixel.iter().fold(0.0, |sum, value| sum + value.abs()), 1.0]
-                }
-                false => [0.0, 0.0],
+            let near = Near {
+                picture,
+                width,
+                height,
+                first: around.start,
+                pixels: pixels.band(around, &mut scratch),
             };
-            for row in rows.clone() {
-                columns.clear();
-                columns.resize(width, [0.0_f32; 2]);
-                for near in row.saturating_sub(2)..(row + 3).min(height) {
-                    for (column, sum) in columns.iter_mut().enumerate() {
-                        let value = weighed(near * width + column);
-                        *sum = [sum[0] + value[0], sum[1] + value[1]];
-                    }
-                }
-                for column in 0..width {
-                    let of_near = &columns[column.saturating_sub(2)..(column + 3).min(width)];
-                    let [light, count] =
-                        of_near.iter().fold([0.0; 2], |sum, near| [sum[0] + near[0], sum[1] + near[1]]);
-                    let texel = row * width + column;
-                    // light / count is the mean; unused pixels are 0, so that they are never brighter.
-                    if weighed(texel)[0] * count > BRIGHTER * light {
-                        let bit = texel - rows.start * width;
-                        words[bit / 64] |= 1 << (bit % 64);
-                        texels.push((texel as u32, near[texel - around.start * width]));
-                    }
-                }
-            }
-            texels
-        });
-        let texels: Vec<_> = found.collect::<Vec<_>>().concat();
+            let parts = words.par_chunks_mut(ROWS * width / 64).enumerate();
+            let found = parts.map_init(Vec::new, |columns, (part, words)| {
+                let first = rows.start + part * ROWS;
+                near.bright(first..(first + ROWS).min(rows.end), columns, words)
+            });
+            texels.extend(found.collect::<Vec<_>>().into_iter().flatten());
+        }
         if texels.is_empty() {
             is_bright = Vec::new();
         }
@@ -128,8 +170,8 @@ impl BrightTexels {
     }
 
     /// Scales the bright texels so that they keep their energy.
-    pub(crate) fn balance<T: Texels>(&self, picture: T) -> Balanced {
-        let mut balanced = Balanced { scaled: Vec::new(), unseen: Vec::new() };
+    pub(crate) fn balance<T: Texels>(&self, picture: T) -> EnergyBalance {
+        let mut balanced = EnergyBalance { scaled: Vec::new(), unseen: Vec::new() };
         for (&(texel, radiance), given) in self.texels.iter().zip(&self.given) {
             let own = picture.solid_angle(texel as usize);
             let given = given.load(Ordering::Relaxed) as f64 / UNIT;

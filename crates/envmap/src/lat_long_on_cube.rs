@@ -32,9 +32,6 @@ const NEAR_POLE: usize = 8;
 /// The number of points along the side of a square texel of the image.
 const PER_TEXEL: f64 = 2.0;
 
-/// The pixels of the image that are decoded at once, of 12 bytes each.
-const BAND: usize = 1 << 22;
-
 /// A lat-long image under a cube.
 pub(crate) struct LatLongOnCube {
     picture: LatLong,
@@ -410,8 +407,7 @@ impl Points for LatLongOnCube {
     }
 
     fn means(&self, pixels: &Pixels, out: &mut [[f32; 3]], stop: Stop<'_>) -> Result<(), Stopped> {
-        let LatLong { width, height } = self.picture;
-        let rows = (BAND / width).max(1);
+        let (height, rows) = (self.picture.height, pixels.rows_of_band());
         if rows >= height {
             return self.means_in_band(Band { tops: 0..height, pixels: pixels.whole() }, &[], out, stop);
         }
@@ -431,6 +427,15 @@ struct Reach {
     rows: [usize; 2],
     /// The rows between the first and the last of a texel.
     tallest: usize,
+}
+
+impl Reach {
+    /// Whether rows of a picture of this height are among those of a face, which may be upside down.
+    fn meets(&self, rows: &Range<usize>, is_lower: bool, height: usize) -> bool {
+        let [first, last] = self.rows;
+        let [first, last] = if is_lower { [height - 1 - last, height - 1 - first] } else { [first, last] };
+        first < rows.end && rows.start <= last
+    }
 }
 
 impl LatLongOnCube {
@@ -460,12 +465,15 @@ impl LatLongOnCube {
     ) -> Result<(), Stopped> {
         let height = self.picture.height;
         let reach = self.reach();
-        let tallest = reach.iter().map(|reach| reach.tallest).max().unwrap_or(0);
         let mut scratch = Vec::new();
         for first in (0..height).step_by(rows) {
             let tops = first..(first + rows).min(height);
+            let here = reach.iter().filter(|reach| {
+                [false, true].map(|is_lower| reach.meets(&tops, is_lower, height)).contains(&true)
+            });
+            let tallest = here.map(|reach| reach.tallest).max().unwrap_or(0);
             // The last texel's window, and what follows its last pixel.
-            let pixels = pixels.rows(first..(tops.end + tallest + 1).min(height), &mut scratch);
+            let pixels = pixels.band(first..(tops.end + tallest + 1).min(height), &mut scratch);
             self.means_in_band(Band { tops, pixels }, &reach, out, stop)?;
         }
         Ok(())
@@ -485,11 +493,7 @@ impl LatLongOnCube {
             stop.check()?;
             let Group { kind, row, mut faces } = group;
             faces.retain(|(place, _)| {
-                reach.get(index).is_none_or(|Reach { rows: [first, last], .. }| {
-                    let top = if place.is_lower { height - 1 - last } else { *first };
-                    let bottom = if place.is_lower { height - 1 - first } else { *last };
-                    top < tops.end && tops.start <= bottom
-                })
+                reach.get(index).is_none_or(|reach| reach.meets(&tops, place.is_lower, height))
             });
             if faces.is_empty() {
                 return Ok(());

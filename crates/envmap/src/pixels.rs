@@ -14,6 +14,9 @@ use sh::{Stop, Stopped, unstopped};
 use crate::row_codec;
 use crate::row_sums::RowSums;
 
+/// The pixels that are decoded at once if consumers need more rows than a block has: 48 MiB.
+const BAND: usize = 1 << 22;
+
 /// Some rows of a picture, compressed without loss; equal rows have equal bytes.
 #[derive(Clone)]
 pub struct CodedRows {
@@ -174,19 +177,44 @@ impl Pixels {
 
     /// Some rows, which are decoded into `scratch` if they are not there as floats.
     pub(crate) fn rows<'a>(&'a self, rows: Range<usize>, scratch: &'a mut Vec<[f32; 3]>) -> &'a [[f32; 3]] {
+        self.decoded(rows, scratch, |first, scratch| {
+            let blocks = scratch.chunks_mut(self.width() * CodedRows::HEIGHT);
+            blocks.enumerate().for_each(|(block, rows)| self.0.decode(first + block, rows));
+        })
+    }
+
+    /// [`Pixels::rows`], decoded on all threads, for a caller that runs on one.
+    pub(crate) fn band<'a>(&'a self, rows: Range<usize>, scratch: &'a mut Vec<[f32; 3]>) -> &'a [[f32; 3]] {
+        self.decoded(rows, scratch, |first, scratch| {
+            let blocks = scratch.par_chunks_mut(self.width() * CodedRows::HEIGHT);
+            blocks.enumerate().for_each(|(block, rows)| self.0.decode(first + block, rows));
+        })
+    }
+
+    /// Some rows. If they are not there as floats, `decode` gets the first of the whole blocks that they are a
+    /// part of, and the room for those.
+    fn decoded<'a>(
+        &'a self,
+        rows: Range<usize>,
+        scratch: &'a mut Vec<[f32; 3]>,
+        decode: impl FnOnce(usize, &mut [[f32; 3]]),
+    ) -> &'a [[f32; 3]] {
         let Stored { width, height, whole, .. } = &*self.0;
         if let Some(whole) = whole.get() {
             return &whole[rows.start * width..rows.end * width];
         }
-        // Whole blocks, of which the rows are a part.
         let first = rows.start / CodedRows::HEIGHT;
         let last = CodedRows::count(rows.end).max(first);
         let from = first * CodedRows::HEIGHT;
         let until = (last * CodedRows::HEIGHT).min(*height);
         scratch.resize((until - from) * width, [0.0; 3]);
-        let decoded = scratch.par_chunks_mut(width * CodedRows::HEIGHT);
-        decoded.enumerate().for_each(|(block, rows)| self.0.decode(first + block, rows));
+        decode(first, scratch);
         &scratch[(rows.start - from) * width..(rows.end - from) * width]
+    }
+
+    /// The rows that are decoded at once by [`Pixels::band`].
+    pub(crate) fn rows_of_band(&self) -> usize {
+        (BAND / self.width()).max(1)
     }
 
     /// The results of a function for each block of rows, in their order. It gets the first row's number and

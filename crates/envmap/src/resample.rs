@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 use sh::{Stop, Stopped, unstopped};
 
-use crate::bright_texels::{Balanced, BrightTexels};
+use crate::bright_texels::{BrightTexels, EnergyBalance};
 use crate::canvas::{Canvas, MOST_POINTS};
 use crate::pixels::Pixels;
 use crate::texels::{Taps, Texels};
@@ -131,8 +131,11 @@ pub(crate) fn resample_points<T: Texels, P: Points>(
         return Ok(out);
     }
     points.give_to(&bright, stop)?;
-    let Balanced { scaled, unseen } = bright.balance(picture);
-    points.means(&pixels.clone().replaced(scaled), &mut out, stop)?;
+    let EnergyBalance { scaled, unseen } = bright.balance(picture);
+    match scaled.is_empty() {
+        true => points.means(pixels, &mut out, stop)?,
+        false => points.means(&pixels.clone().replaced(scaled), &mut out, stop)?,
+    }
     for (texel, radiance) in unseen {
         let Some(direction) = picture.direction(texel) else { continue };
         let (row, column) = canvas.texel(direction);

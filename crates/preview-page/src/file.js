@@ -21,8 +21,8 @@ function sceneOf(state) {
         const { coordinates, transfer } = parts[i];
         if (isTransfer(view.mode)) return withTransfer(view, transfer);
         const { material, views, base_color } = pairs[i];
-        const own = views.find(({ mode }) => mode === view.mode) ?? view;
-        return coordinates[material] ? withBaseColor(own, base_color) : own;
+        const own = views.find(({ mode }) => mode === view.mode);
+        return own && coordinates[material] ? withBaseColor(own, base_color) : own ?? view;
     };
     return {
         number: 0,

@@ -12,7 +12,7 @@
 //!
 //! For readers that cannot, [`Reflection::bake`](crate::Reflection::bake) puts them into the map.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use brdf::{Centre, LightSum, Material};
 use rayon::prelude::*;
@@ -117,7 +117,7 @@ impl Lamps {
                 centre: [(light.direction, 1.0)],
                 centre_from: from(light.radius / POINT),
                 levels_from: levels_from.collect(),
-                whole_from: math::sin(light.radius),
+                whole_from: math::sin(light.radius.min(FRAC_PI_2)),
                 levels,
             }
         };

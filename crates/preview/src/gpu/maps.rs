@@ -18,7 +18,7 @@ use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
 use crate::shading::numbers::centre;
-use crate::shading::product_tables::ProductTables;
+use crate::shading::product_tables::{HEADER, ProductTables};
 use crate::shading::taps::{Levels, PackedTaps};
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
@@ -200,7 +200,7 @@ impl LookMaps {
             let material = device.filled("the material", usage, material.words())?;
             let lobes = device.filled("the material's lobes", usage, &prepared.lobes().words())?;
             let light = lights.samples(device, &prepared)?.clone();
-            let product = device.filled("no product", usage, &[0.0_f32; 4])?;
+            let product = device.filled("no product", usage, &[0.0_f32; HEADER as usize])?;
             self.samples = Some(LightSampling::new(device, layouts, [light, material, lobes, product]));
         }
         Ok(())

@@ -6,7 +6,7 @@
 //! point ([`super::sequence`]) chooses one. Each sample contributes L rho_hat / (c p_light + (1 - c)
 //! p_lobes), where c is the share of the first kind: the one-sample balance heuristic (Veach and Guibas,
 //! "Optimally Combining Sampling Techniques for Monte Carlo Rendering", 1995). It is unbiased, and no sample
-//! is larger than with the better kind alone.
+//! is larger than 1 / c or 1 / (1 - c) times that of either kind alone.
 //!
 //! Where many samples are taken, nine of ten follow the product of light and material, in the same heuristic:
 //! on the CPU by [`sampling::ProductSampler`], on a device by tables ([`super::product_samples`]). Their

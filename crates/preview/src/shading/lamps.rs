@@ -26,7 +26,7 @@
 //! | per level 1 | the place of its points, their number; the first level is the centre alone, the others go from fine to coarse |
 //! | per point 1 | its direction, its share of the flux |
 
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 use brdf::Material;
 use glam::{Mat3, Vec3};
@@ -209,7 +209,7 @@ pub(crate) fn lamps_past(
     for lamp in all {
         let [x, y, z, radius] = lamp[0];
         let centre = to_surface * Vec3::new(x, y, z);
-        if has_horizon && centre.z < -math::sin(radius) - ROUNDING {
+        if has_horizon && centre.z < -math::sin(radius.min(FRAC_PI_2)) - ROUNDING {
             ends.push(points.len());
             continue;
         }
@@ -258,7 +258,7 @@ fn chosen_level(
     }
     let away = 2.0 * math::asin((0.5 * centre.distance(mirrored)).min(1.0)) - radius;
     let feature = (tail * away).min(widest);
-    let is_whole = centre.z.abs() > math::sin(radius);
+    let is_whole = centre.z.abs() > math::sin(radius.min(FRAC_PI_2));
     if is_whole && radius <= point * feature {
         return 0;
     }

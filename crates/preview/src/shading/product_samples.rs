@@ -29,7 +29,7 @@ const MIN_SAMPLES: u32 = 256;
 
 /// Whether a shot takes so many samples that it is worth following the product.
 pub(crate) fn is_worth(shot: &Shot) -> bool {
-    shot.light_samples.saturating_mul(shot.samples.saturating_mul(shot.samples)) >= MIN_SAMPLES
+    shot.light_samples.saturating_mul(shot.samples.clamp(1, 4).pow(2)) >= MIN_SAMPLES
 }
 
 /// The text of the shader: its constants, those of the tables, and product_samples.wgsl.

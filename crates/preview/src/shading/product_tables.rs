@@ -12,7 +12,7 @@
 //!
 //! The cells are squares of Lambert's equal-area disc of the normals about the direction toward a distant
 //! viewer. Eyes are not distant, so a pixel takes the cell in which that viewer sees the same central
-//! direction. All this only changes the noise: the density that is told is the one that is drawn.
+//! direction. All this only changes the noise: the density that is given is the one that is drawn.
 //!
 //! The numbers of the buffer:
 //!

@@ -3,8 +3,8 @@
 use super::texture::{ELEMENTS, WebTexels, WebTexture};
 use crate::Look;
 
-/// The texture of a look's base colour, and how its material responds to it under its light: what a shader
-/// with a texture ([`super::WebView::textured`]) reads beside the rest of its view, in every mode.
+/// The texture of a look's base colour, and how its material responds to it under its light: what a program
+/// with `TEXTURED` reads beside the rest of its view, in every mode.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WebBaseColor {
     /// The textures.

@@ -11,7 +11,7 @@ use sphere::{Direction, LatLong};
 use super::*;
 use crate::shading::product_samples::{FIRST, ProductCell};
 #[cfg(feature = "gpu")]
-use crate::shading::product_tables::CELLS;
+use crate::shading::product_tables::{CELLS, HEADER};
 use crate::shading::product_tables::{ProductTables, ViewAxes};
 #[cfg(feature = "gpu")]
 use crate::shading::{lobe_sampling, on_device, product_samples, sequence, shadows::NO_SHADOWS};
@@ -180,7 +180,7 @@ fn assert_same_sums(
     let packed = material::PackedMaterial::new(Some(prepared.material())).unwrap();
     let lobes = prepared.lobes.words();
     let tables = product.map_or_else(
-        || vec![0.0; 4],
+        || vec![0.0; HEADER as usize],
         |(tables, axes)| {
             let cells = (0..(CELLS * CELLS) as usize).flat_map(|cell| tables.table(axes, cell));
             tables.header(axes).into_iter().chain(tables.fixed().iter().copied()).chain(cells).collect()
