@@ -32,7 +32,7 @@
 //! Each probe has `paths` paths. Each ends at the first surface: points all over the surfaces of the scene
 //! hold the light that arrives there, of all reflections, traced beforehand from all points at once (an
 //! irradiance cache; more paths make more points with more rays). Close to a surface, where many paths
-//! would end at the same point, they go on to the next surface. With `bounces = "all"` no reflection is
+//! would end at the same point, each goes on in four directions. With `bounces = "all"` no reflection is
 //! left out; `bounces = 0` is what a probe sees itself. The light of a point stands for the surface around
 //! it, so that light and shadow are blurred over that distance before they reach a probe: in rooms of boxes
 //! no bias of 0.25 percent of T was found. Errors of T are 0.8 to 1.3 percent RMS at 4,096 paths and 0.2 at
