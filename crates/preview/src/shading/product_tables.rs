@@ -3,12 +3,12 @@
 //!
 //! The sphere of light is divided into blocks of texels. A cell's table is the distribution of the light's
 //! energy in the blocks times the lobe toward the viewer, turned into the frame of the cell's normal
-//! [JCJ09]. The lobe is the positive part of the series of rho_hat, of degree [`DEGREE`], and a uniform
-//! share; it is read at the mean direction of the light in a block, so that a sun is where it is. Which texel
-//! of a block is drawn depends on the light alone: [`super::product_samples`].
+//! (Jarosz, Carr and Jensen 2009). The lobe is the positive part of the series of rho_hat, of degree
+//! `DEGREE`, and a uniform share; it is read at the mean direction of the light in a block, so that a sun is
+//! where it is. Which texel of a block is drawn depends on the light alone: [`super::product_samples`].
 //!
 //! The tables of a view are made by a pass on the device. What does not depend on the view is made before:
-//! the lobe in the frame of a normal at [`ANGLES`] angles of the view, and the blocks.
+//! the lobe in the frame of a normal at `ANGLES` angles of the view, and the blocks.
 //!
 //! The cells are squares of Lambert's equal-area disc of the normals about the direction toward a distant
 //! viewer. Eyes are not distant, so a pixel takes the cell in which that viewer sees the same central
@@ -23,7 +23,7 @@
 //! | ANGLES SIDE^2 | per angle: the lobe over the directions of an octahedron |
 //! | 4 R C | per block: the mean direction of its light, and its share of all light |
 //! | C (H + R) | per column and row of blocks: the distribution of the block's rows of texels, and its end |
-//! | CELLS^2 (R + 1 + R (C + 1)) | per cell: the distribution of rows of blocks; per row, that of its blocks |
+//! | CELLS^2 (R + 1 + R (C + 1)) | per cell: the distribution of rows of blocks; per row, of its blocks |
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
 use std::sync::Arc;
@@ -85,7 +85,7 @@ pub(crate) fn held_series(look: &Look) -> Option<BrdfCoefficients> {
     Some(series.cut_to(most(series.f(), DEGREE)?, most(series.p(), VIEW_DEGREE)?))
 }
 
-/// The share of the lobe's energy, seen 30 degrees from the normal, that the degrees up to [`DEGREE`] hold:
+/// The share of the lobe's energy, seen 30 degrees from the normal, that the degrees up to `DEGREE` hold:
 /// by its values all around, not by the series, which may have been cut for a soft light.
 fn is_held(look: &Look, series: &BrdfCoefficients) -> bool {
     const DIRECTIONS: usize = 8192;
@@ -128,7 +128,8 @@ impl ViewAxes {
 }
 
 impl ProductTables {
-    /// Prepares a look; `None` if its light is black, or [`held_series`] is.
+    /// Prepares a look; `None` if its light is black, or if its series is not known, depends on the tangent,
+    /// or does not hold the lobe.
     pub fn new(look: &Look) -> Option<Self> {
         let light = look.light().samples();
         let series = held_series(look).filter(|_| light.is_lit())?;
