@@ -191,8 +191,8 @@ impl Pixels {
         })
     }
 
-    /// Some rows. If they are not there as floats, `decode` gets the number of the first block that has some of
-    /// them, and room for all such blocks.
+    /// Some rows. If they are not there as floats, `decode` gets the number of the first block that has some
+    /// of them, and room for all such blocks.
     fn decoded<'a>(
         &'a self,
         rows: Range<usize>,
