@@ -10,7 +10,7 @@
 use sphere::{DVec3, Direction};
 
 use super::lobe::Lobe;
-use super::model::{Model, ModelText, one_by_one};
+use super::model::{Model, ModelText, one_by_one, toward};
 use super::parameter::{ParameterError, Values};
 use super::part::Part;
 use crate::clamped_cosine::ClampedCosine;
@@ -132,7 +132,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.rho_hats(pairs, values),)*
                     Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
-                        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
+                        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs.iter().copied(), values);
                     }
                     Self::Layers(layers) => {
                         values.fill([0.0; 3]);
@@ -161,9 +161,7 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.rho_hats_toward(outgoing, incident, values),)*
                     Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
-                        for (value, incident) in values.iter_mut().zip(incident) {
-                            *value = self.rho_hat(*incident, outgoing);
-                        }
+                        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), toward(outgoing, incident), values);
                     }
                     Self::Layers(layers) => {
                         values.fill([0.0; 3]);
@@ -375,7 +373,7 @@ impl Material {
         }
         assert_eq!(pairs.len(), values.len(), "a value for each pair");
         let mean = |incident, outgoing| self.mean_over_turns(turns, incident, outgoing);
-        one_by_one(mean, pairs, values);
+        one_by_one(mean, pairs.iter().copied(), values);
     }
 
     /// [`Material::mean_over_turns`] toward each of these views, of light from one direction in the frame of

@@ -53,15 +53,13 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
     /// [`Model::rho_hat`] of many pairs of the incident and the outgoing direction: the same values, faster
     /// for models that compute several at once.
     fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
-        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
+        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs.iter().copied(), values);
     }
 
     /// [`Model::rho_hat`] of light from many directions toward one view: the same values, faster for models
     /// that compute several at once.
     fn rho_hats_toward(&self, outgoing: Direction, incident: &[Direction], values: &mut [[f64; 3]]) {
-        for (value, incident) in values.iter_mut().zip(incident) {
-            *value = self.rho_hat(*incident, outgoing);
-        }
+        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), toward(outgoing, incident), values);
     }
 
     /// Whether no light from below the horizon is reflected: rho_hat is exactly 0 for `incident` with z <= 0.
@@ -92,12 +90,17 @@ pub trait Model: Clone + std::fmt::Debug + PartialEq {
 /// Computes a function of the incident and the outgoing direction for each pair of them.
 pub(crate) fn one_by_one(
     rho_hat: impl Fn(Direction, Direction) -> [f64; 3],
-    pairs: &[[Direction; 2]],
+    pairs: impl IntoIterator<Item = [Direction; 2]>,
     values: &mut [[f64; 3]],
 ) {
     for (value, [incident, outgoing]) in values.iter_mut().zip(pairs) {
-        *value = rho_hat(*incident, *outgoing);
+        *value = rho_hat(incident, outgoing);
     }
+}
+
+/// The pairs of many incident directions and one outgoing direction.
+pub(crate) fn toward(outgoing: Direction, incident: &[Direction]) -> impl Iterator<Item = [Direction; 2]> {
+    incident.iter().map(move |incident| [*incident, outgoing])
 }
 
 /// The entry of a model in the manual.

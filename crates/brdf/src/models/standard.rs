@@ -45,7 +45,7 @@ use super::charlie::{Charlie, CharlieConstants, CharlieQuadrature};
 use super::directional_albedo::{Facets, Tables};
 use super::facets::HalfVector;
 use super::lobe::Lobe;
-use super::model::{Model, one_by_one};
+use super::model::{Model, one_by_one, toward};
 use super::parameter::{Parameter, ParameterError, ROUGHNESS, Range, Value, Values, WEIGHT};
 use super::part::Part;
 use crate::coefficients::Centre;
@@ -468,17 +468,22 @@ without `metallicFactor` the material is a metal, and is imported as one.";
 
     fn rho_hats(&self, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
         if self.formula.has_sheen() {
-            return one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs, values);
+            return one_by_one(
+                |incident, outgoing| self.rho_hat(incident, outgoing),
+                pairs.iter().copied(),
+                values,
+            );
         }
         SimdLevel::detect().run(self.vectors(pairs, values));
     }
 
     fn rho_hats_toward(&self, outgoing: Direction, incident: &[Direction], values: &mut [[f64; 3]]) {
         if self.formula.has_sheen() {
-            for (value, incident) in values.iter_mut().zip(incident) {
-                *value = self.rho_hat(*incident, outgoing);
-            }
-            return;
+            return one_by_one(
+                |incident, outgoing| self.rho_hat(incident, outgoing),
+                toward(outgoing, incident),
+                values,
+            );
         }
         SimdLevel::detect().run(self.vectors(Toward { outgoing, incident }, values));
     }

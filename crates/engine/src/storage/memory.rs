@@ -92,10 +92,10 @@ impl Memory {
 impl Entries {
     /// Removes from the values the one that is dropped next, which is never the newest.
     fn largest_of_oldest(&mut self) -> Option<MemoryEntry> {
-        // Of few values the older half, so that the latest stay however large they are.
+        // If there are few values, only the older half may go: the latest stay, however large they are.
         let count = CANDIDATES.min(self.by_use.len() / 2);
         let weight = |name: &&ValueKey| self.values.get(*name).map_or(0, |entry| entry.weight);
-        // Of several that are as large, the oldest.
+        // If several values are equally large, the oldest goes.
         let largest = *self.by_use.values().take(count).min_by_key(|name| Reverse(weight(name)))?;
         self.values.remove(&largest)
     }
