@@ -132,7 +132,8 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.rho_hats(pairs, values),)*
                     Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
-                        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), pairs.iter().copied(), values);
+                        let rho_hat = |incident, outgoing| self.rho_hat(incident, outgoing);
+                        one_by_one(rho_hat, pairs.iter().copied(), values);
                     }
                     Self::Layers(layers) => {
                         values.fill([0.0; 3]);
@@ -161,7 +162,8 @@ macro_rules! models {
                 match self {
                     $(Self::$model(model) => model.rho_hats_toward(outgoing, incident, values),)*
                     Self::Measured(_) | Self::MeasuredAnisotropic(_) => {
-                        one_by_one(|incident, outgoing| self.rho_hat(incident, outgoing), toward(outgoing, incident), values);
+                        let rho_hat = |incident, outgoing| self.rho_hat(incident, outgoing);
+                        one_by_one(rho_hat, toward(outgoing, incident), values);
                     }
                     Self::Layers(layers) => {
                         values.fill([0.0; 3]);
