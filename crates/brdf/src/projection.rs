@@ -37,7 +37,7 @@ pub use error::{MOST_COEFFICIENTS, ProjectionError};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 1;
+pub const REVISION: u32 = 2;
 
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,7 @@
 //! views are weighted by their projected area, as a ball shows them to a distant camera; about R they are
 //! uniform over the sphere. The method of conjugate gradients starts at the projection and ends as soon as a
 //! few steps gain little; on the grid of views, harmonics are sums over p and then over q, so that a step
-//! takes O(P^3). The map's P may be less than that of the field, which is fitted with all of its degrees.
+//! takes O(P^3). The map's P may be less than that of the field ([`MapDegree::field`](crate::MapDegree)).
 //!
 //! What a lamp adds to the views depends on its angle from R, its azimuth and its radius alone, and comes
 //! from tables that all texels share: sums over the points of each lamp would take many times as long as the
@@ -43,7 +43,7 @@ pub const BAKED_AT_ONCE: usize = solver::LANES;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 3;
+pub const REVISION: u32 = 4;
 
 /// The tables of the lamps of one reflection, which its maps share: those of all degrees P with as many views
 /// are the same.

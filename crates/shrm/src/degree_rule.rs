@@ -48,6 +48,9 @@ pub struct MapDegree {
     pub is_met: bool,
     /// The least P above the highest allowed one that would meet the tolerance, if it is known.
     pub enough: Option<usize>,
+    /// The degree P of the field that a map with the lamps in it is fitted to: what is above it is lost in
+    /// what the fit misses.
+    pub field: Degree,
 }
 
 impl MapTolerance {
@@ -144,7 +147,7 @@ mod tests {
 
     fn at(p: usize, p95: f64) -> MapDegree {
         let p = Degree::new(p).unwrap();
-        MapDegree { p, p95, p99: 2.0 * p95, rms: 0.5 * p95, is_met: false, enough: None }
+        MapDegree { p, p95, p99: 2.0 * p95, rms: 0.5 * p95, is_met: false, enough: None, field: p }
     }
 
     #[test]

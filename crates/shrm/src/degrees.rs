@@ -136,7 +136,7 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
         let rms = trial.rms[trial.p[p]];
         let p = degree(trial.p[p]);
-        let map = MapDegree { p, p95, p99, rms, is_met: false, enough: None };
+        let map = MapDegree { p, p95, p99, rms, is_met: false, enough: None, field: p };
         Cut { f: degree(trial.f[f]), map }
     };
     let within = |cut: &Cut, limits: [f64; 2]| cut.map.p95 <= limits[0] && cut.map.p99 <= limits[1];

@@ -20,6 +20,10 @@ use crate::{LampTables, MapGrid, Reflection, Shrm, SynthesisError, Terms, View, 
 /// The edge of the cube at whose texels maps with lamps in them are tried: as many as [`SAMPLES`] has.
 const EDGE: usize = 4;
 
+/// The share of a fit's errors that the cut of the field may have to which it is fitted. On the fit it has
+/// less effect: there it is taken in the mean over many views.
+const FIELD_SHARE: f64 = 0.4;
+
 /// What a map is to hold, and what is seen with it.
 #[derive(Clone, Copy)]
 pub struct MapContent<'a> {
@@ -73,10 +77,14 @@ impl Reflection {
         tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<MapDegree, SynthesisError> {
-        let fits = content.lamps && self.lamps().is_some();
-        let measured = if fits { self.fits(content, rule, tables, stop)? } else { self.cuts(content, stop)? };
-        let most = MapDegree { p: self.brdf().p(), p95: 0.0, p99: 0.0, rms: 0.0, is_met: true, enough: None };
-        Ok(rule.choose(&measured).unwrap_or(most))
+        let p = self.brdf().p();
+        let most = MapDegree { p, p95: 0.0, p99: 0.0, rms: 0.0, is_met: true, enough: None, field: p };
+        if !(content.lamps && self.lamps().is_some()) {
+            return Ok(rule.choose(&self.cuts(content, stop)?).unwrap_or(most));
+        }
+        let (soft, samples) = self.sampled_map(content, stop)?;
+        let chosen = rule.choose(&self.fits(&soft, &samples, rule, tables, stop)?).unwrap_or(most);
+        Ok(MapDegree { field: self.fitted_field(&chosen, &samples), ..chosen })
     }
 
     /// The errors of a map with the lamps in it at a degree that is given, compared with the field, and
@@ -95,7 +103,7 @@ impl Reflection {
         let (soft, samples) = self.sampled_map(content, stop)?;
         let found = self.fit(&soft, p, &samples, tables, stop)?;
         let is_met = rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0;
-        Ok(MapDegree { is_met, ..found })
+        Ok(MapDegree { is_met, field: self.fitted_field(&found, &samples), ..found })
     }
 
     /// The errors of the field cut at each P, from 0 on.
@@ -107,7 +115,7 @@ impl Reflection {
         let measure = |(p, rms): (usize, &f64)| {
             let [p95, p99] = quantiles(samples.iter().map(|sample| (sample, sample.cuts[p])), dark);
             let p = Degree::new(p).unwrap_or(Degree::MAX);
-            MapDegree { p, p95, p99, rms: *rms, is_met: false, enough: None }
+            MapDegree { p, p95, p99, rms: *rms, is_met: false, enough: None, field: p }
         };
         Ok(rms.iter().enumerate().map(measure).collect())
     }
@@ -116,24 +124,42 @@ impl Reflection {
     /// tolerance.
     fn fits(
         &self,
-        content: MapContent<'_>,
+        soft: &Shrm,
+        samples: &[Sample],
         rule: DegreeRule,
         tables: &mut LampTables,
         stop: Stop<'_>,
     ) -> Result<Vec<MapDegree>, SynthesisError> {
-        let (soft, samples) = self.sampled_map(content, stop)?;
         // Lamps are added exactly to a map that is the same for every view.
         let most = if soft.p().get() == 0 { 0 } else { rule.most_p };
         let mut measured = Vec::new();
         for p in 0..=most {
             let p = Degree::new(p).unwrap_or(Degree::MAX);
-            let found = self.fit(&soft, p, &samples, tables, stop)?;
+            let found = self.fit(soft, p, samples, tables, stop)?;
             measured.push(found);
             if rule.tolerance.excess([found.p95, found.p99], found.rms) <= 1.0 {
                 break;
             }
         }
         Ok(measured)
+    }
+
+    /// The least degree P of the field, that of the map or more, whose cut has no more than [`FIELD_SHARE`] of
+    /// the errors of a fit.
+    fn fitted_field(&self, fit: &MapDegree, samples: &[Sample]) -> Degree {
+        let (own, dark) = (self.brdf().p(), BLACK_SHARE * self.light_mean());
+        let is_enough = |p: &usize| {
+            // What the cut leaves of the right value, which has the lamps too.
+            let left = |sample: &Sample| {
+                let (whole, cut) = (sample.cuts[own.get()], sample.cuts[*p]);
+                std::array::from_fn(|c| sample.right[c] - whole[c] + cut[c])
+            };
+            let [p95, p99] = quantiles(samples.iter().map(|sample| (sample, left(sample))), dark);
+            p95 <= FIELD_SHARE * fit.p95 && p99 <= FIELD_SHARE * fit.p99
+        };
+        // A field of P = 0 would be that of a material that is the same from every view.
+        let least = fit.p.get().max(1);
+        (least..own.get()).find(is_enough).and_then(|p| Degree::new(p).ok()).unwrap_or(own)
     }
 
     /// A map of the field without the lamps at few texels, and samples of them.
@@ -190,7 +216,7 @@ impl Reflection {
             }
         }
         let rms = if whole > 0.0 { (lost / whole).sqrt() } else { 0.0 };
-        Ok(MapDegree { p, p95, p99, rms, is_met: false, enough: None })
+        Ok(MapDegree { p, p95, p99, rms, is_met: false, enough: None, field: self.brdf().p() })
     }
 
     /// The coefficients b_pq of the field at central directions, with [`SAMPLES`] views of each.

@@ -261,14 +261,13 @@ impl WithSimd for OutgoingMoments<'_> {
                 for (j, value) in values {
                     let (value, cosines) = (simd.splat_f64s(value[channel]), &self.nodes.cosines[*j]);
                     for k in 0..VECTORS {
-                        let part = simd.mul_f64s(load(simd, &cosines[k]), value);
-                        series[k] = simd.add_f64s(series[k], part);
+                        series[k] = simd.mul_add_f64s(load(simd, &cosines[k]), value, series[k]);
                     }
                 }
                 for (p, (moments, functions)) in moments.iter_mut().zip(functions).enumerate() {
                     for k in 0..=p / LANES {
-                        let part = simd.mul_f64s(load(simd, &functions[k]), series[k]);
-                        let sum = simd.add_f64s(load(simd, &moments[k]), part);
+                        let sum =
+                            simd.mul_add_f64s(load(simd, &functions[k]), series[k], load(simd, &moments[k]));
                         store(simd, sum, &mut moments[k]);
                     }
                 }
@@ -327,7 +326,7 @@ impl WithSimd for IncidentMoments<'_> {
                 for (sum, moments) in sums.iter_mut().zip(&moments) {
                     let mut total = load(simd, sum);
                     for i in 0..AT_ONCE {
-                        total = simd.add_f64s(total, simd.mul_f64s(load(simd, &moments[i]), functions[i]));
+                        total = simd.mul_add_f64s(load(simd, &moments[i]), functions[i], total);
                     }
                     store(simd, total, sum);
                 }

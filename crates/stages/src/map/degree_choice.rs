@@ -138,7 +138,8 @@ mod tests {
     #[test]
     fn a_missed_tolerance_is_told_with_the_remedy() {
         let p = Degree::new(4).unwrap();
-        let map = MapDegree { p, p95: 0.242, p99: 0.666, rms: 0.08, is_met: false, enough: Some(10) };
+        let enough = Some(10);
+        let map = MapDegree { p, p95: 0.242, p99: 0.666, rms: 0.08, is_met: false, enough, field: p };
         let rule = DegreeRule { tolerance: MapTolerance::Stops([0.15, 0.4]), most_p: 4, terms: Terms::All };
         assert_eq!(
             missed(rule, &map),

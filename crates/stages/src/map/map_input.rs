@@ -93,19 +93,30 @@ pub(crate) struct SmallMap {
     pub(crate) with_zeros: bool,
 }
 
-/// The texels of a map, the frame of its views, and its degree P.
+/// The texels of a map, the frame of its views, and its degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MapShape {
     pub(crate) grid: MapGrid,
     pub(crate) view: View,
+    /// The degree P.
     pub(crate) p: Degree,
+    /// The degree P of the field that it is fitted to, if the lamps are in it.
+    pub(crate) field: Degree,
 }
 
 /// A degree P, and unless it is given the rule that asked for it, the tolerance of the part of the material
 /// that the map is of, and what P reaches.
+#[derive(Clone, Copy)]
 struct ChosenDegree {
     p: Degree,
     found: Option<(DegreeRule, MapTolerance, MapDegree)>,
+}
+
+impl ChosenDegree {
+    /// The degree P of the field that a map with the lamps in it is fitted to, if the field has this one.
+    fn field(&self, own: Degree) -> Degree {
+        self.found.as_ref().map_or(own, |(.., map)| map.field)
+    }
 }
 
 impl MapInput {
@@ -145,14 +156,16 @@ impl MapInput {
     ) -> Result<Arc<artifacts::Shrm>, Failure> {
         let reporter = steps.reporter();
         let mut tables = LampTables::default();
-        let p = self.degree(reflection, part, &mut tables, reporter)?;
+        let chosen = self.degree(reflection, part, &mut tables, reporter)?;
+        let p = chosen.p;
         let cut = reflection.cut_in_view(p);
         let (grid, error_note, missed) = self.grid(&cut, p);
         missed.into_iter().for_each(|missed| reporter.warn(missed));
         let view = self.view.unwrap_or(View::Local);
         let map = match self.lamps {
             LampsName::Baked if reflection.lamps().is_some() => {
-                let soft = reporter.until_stopped(|stop| reflection.synthesise(grid, View::Local, stop))?;
+                let field = reflection.cut_in_view(chosen.field(reflection.brdf().p()));
+                let soft = reporter.until_stopped(|stop| field.synthesise(grid, View::Local, stop))?;
                 let steps = steps.part(1, grid.len().div_ceil(BAKED_AT_ONCE));
                 let texels: Vec<usize> = (0..grid.len()).collect();
                 let local = steps
@@ -176,9 +189,10 @@ impl MapInput {
         part: PartOfMaterial<'_>,
         reporter: &Reporter,
     ) -> Result<MapShape, Failure> {
-        let p = self.chosen_degree(reflection, part, &mut LampTables::default(), reporter)?.p;
+        let chosen = self.chosen_degree(reflection, part, &mut LampTables::default(), reporter)?;
+        let (p, field) = (chosen.p, chosen.field(reflection.brdf().p()));
         let (grid, ..) = self.grid(&reflection.cut_in_view(p), p);
-        Ok(MapShape { grid, view: self.view.unwrap_or(View::Local), p })
+        Ok(MapShape { grid, view: self.view.unwrap_or(View::Local), p, field })
     }
 
     /// The degree P of the map of a reflection. What was chosen is noted, with a warning if that misses the
@@ -189,10 +203,10 @@ impl MapInput {
         part: PartOfMaterial<'_>,
         tables: &mut LampTables,
         reporter: &Reporter,
-    ) -> Result<Degree, Failure> {
+    ) -> Result<ChosenDegree, Failure> {
         let (own, bakes) = (reflection.brdf().p(), self.bakes(reflection));
-        let ChosenDegree { p, found } = self.chosen_degree(reflection, part, tables, reporter)?;
-        let Some((asked, tolerance, map)) = found else { return Ok(p) };
+        let chosen = self.chosen_degree(reflection, part, tables, reporter)?;
+        let ChosenDegree { p, found: Some((asked, tolerance, map)) } = chosen else { return Ok(chosen) };
         if p < own || bakes {
             let lamps = if bakes { " and its lamps" } else { "" };
             reporter.note(format!(
@@ -210,7 +224,7 @@ impl MapInput {
             };
             reporter.warn(format!("{}{lamps}", missed(asked, &map)));
         }
-        Ok(p)
+        Ok(chosen)
     }
 
     /// The degree P of the map of a reflection: its own, or the least that is enough.

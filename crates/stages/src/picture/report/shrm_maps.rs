@@ -29,7 +29,8 @@ pub(crate) struct ShrmMaps<'a> {
 
 struct MadeMap<'a> {
     plan: PlannedMap<'a>,
-    /// The map, unless its field has lamps that it is to hold: then the map of the field without these.
+    /// The map, unless its field has lamps that it is to hold: then the map of the field without these, of the
+    /// degree P that they are fitted with.
     map: Cow<'a, Shrm>,
     is_fitted: bool,
 }
@@ -48,7 +49,7 @@ impl<'a> ShrmMaps<'a> {
             let (field, shape) = (plan.field, plan.shape);
             let is_fitted = bakes && field.lamps().is_some();
             let view = if is_fitted { View::Local } else { shape.view };
-            let p = if is_fitted { field.brdf().p() } else { shape.p };
+            let p = if is_fitted { shape.field } else { shape.p };
             let known = soft.filter(|soft| {
                 std::ptr::eq(field, reflection) && soft.grid() == shape.grid && soft.view() == view
             });
