@@ -182,6 +182,11 @@ impl Environment {
         self.pixels.whole()
     }
 
+    /// The environment as a picture, of which nothing is decoded or copied.
+    pub fn to_image(&self) -> Image {
+        Image::of(self.grid, self.pixels.clone())
+    }
+
     /// The results of a function for blocks of rows, in their order. The function gets the first row's number
     /// and the pixels of some whole rows. It runs on all threads; `stop` is asked before each block.
     ///

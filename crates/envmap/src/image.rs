@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use sphere::LatLong;
+
 use crate::pixels::{CodedRows, Pixels};
 
 /// A picture: RGB values, row by row from the top.
@@ -24,6 +26,10 @@ impl Image {
     pub fn from_blocks(width: usize, height: usize, blocks: Vec<CodedRows>) -> Option<Self> {
         let fits = width > 0 && height > 0 && blocks.len() == CodedRows::count(height);
         fits.then(|| Self { width, height, pixels: Pixels::of_blocks(width, height, blocks) })
+    }
+
+    pub(crate) fn of(grid: LatLong, pixels: Pixels) -> Self {
+        Self { width: grid.width, height: grid.height, pixels }
     }
 
     /// The picture, changed by a function in each block that may have a negative, infinite or NaN value. The

@@ -327,6 +327,23 @@ mod tests {
         }
     }
 
+    /// The errors of a map with lamps in it, or beside the field, at other samples than those of the choice.
+    fn errors_of(field: &Reflection, map: &Shrm) -> [f64; 2] {
+        let (mut lookup, dark, mut errors) = (map.lookup(), BLACK_SHARE * field.light_mean(), Vec::new());
+        for texel in 0..map.grid().len() {
+            let central = map.grid().direction(texel);
+            for k in 0..8 {
+                let view = frame(central).apply(seen(map.centre(), 7919 + 8 * texel + k));
+                let lit = field.lamps().map_or([0.0; 3], |lamps| lamps.radiance(central, view));
+                let right = field.evaluate(central, view);
+                for (channel, found) in lookup.texel(texel, view).into_iter().enumerate() {
+                    errors.push(stops::error(found, right[channel].max(0.0) + lit[channel], dark));
+                }
+            }
+        }
+        stops::quantiles(&mut errors)
+    }
+
     /// The errors are those of the map that is made, with other samples of it.
     #[test]
     fn the_errors_are_those_of_the_map() {
@@ -350,22 +367,36 @@ mod tests {
                 field.cut_in_view(chosen.p).synthesise(grid, View::Local, Stop::NEVER).unwrap()
             };
             assert_eq!(map.p(), chosen.p);
-            let (mut lookup, dark, mut errors) = (map.lookup(), BLACK_SHARE * field.light_mean(), Vec::new());
-            for texel in 0..grid.len() {
-                let central = grid.direction(texel);
-                for k in 0..8 {
-                    let view = frame(central).apply(seen(map.centre(), 7919 + 8 * texel + k));
-                    let lit = field.lamps().map_or([0.0; 3], |lamps| lamps.radiance(central, view));
-                    let right = field.evaluate(central, view);
-                    for (channel, found) in lookup.texel(texel, view).into_iter().enumerate() {
-                        errors.push(stops::error(found, right[channel].max(0.0) + lit[channel], dark));
-                    }
-                }
-            }
-            let [p95, p99] = stops::quantiles(&mut errors);
+            let [p95, p99] = errors_of(&field, &map);
             // Both are quantiles of some thousand samples.
             assert!((p95 / chosen.p95 - 1.0).abs() < 0.3, "{lamps}: {p95} {chosen:?}");
             assert!((p99 / chosen.p99 - 1.0).abs() < 0.5, "{lamps}: {p99} {chosen:?}");
+        }
+    }
+
+    /// A map of few degrees that is fitted to a cut of its field is as near to the lamps and the whole field
+    /// as one that is fitted to these.
+    #[test]
+    fn a_fit_loses_nothing_by_the_cut_of_its_field() {
+        let (field, content) = (field(true), MapContent { lamps: true, ..BESIDE });
+        let grid = MapGrid::Cube(Cube { edge: 7 });
+        let soft = field.synthesise(grid, View::Local, Stop::NEVER).unwrap();
+        for p in 1..=4 {
+            let tolerance = MapTolerance::Stops([1e-3; 2]);
+            let rule = DegreeRule { tolerance, most_p: p, terms: Terms::All };
+            let chosen = field.map_degree(content, rule, &mut LampTables::default(), Stop::NEVER).unwrap();
+            assert!(chosen.p <= chosen.field && chosen.field < field.brdf().p(), "{chosen:?}");
+            let texels: Vec<usize> = (0..grid.len()).collect();
+            let errors = |soft: &Shrm| {
+                let mut tables = LampTables::default();
+                let map = field.bake_texels(soft, chosen.p, &texels, &mut tables, Stop::NEVER).unwrap();
+                errors_of(&field, &map)
+            };
+            let ([p95, p99], [of_whole95, of_whole99]) = (errors(&soft.cut(chosen.field)), errors(&soft));
+            assert!(
+                p95 < 1.1 * of_whole95 && p99 < 1.1 * of_whole99,
+                "{p}: {p95} {p99}, {of_whole95} {of_whole99}"
+            );
         }
     }
 

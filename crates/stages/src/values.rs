@@ -30,7 +30,7 @@ pub use encoding::{Container, Encoding, FileFormat, Numbers, Overflow, Precision
 pub use exported_maps::ExportedMaps;
 pub(crate) use light_count::{LIGHTS, LightCount};
 pub use overflow::Content;
-pub(crate) use overflow::{Excess, LARGEST_HALF, note_floats, rounded, rounded_text};
+pub(crate) use overflow::{Excess, LARGEST_HALF, RowsLost, note_floats, rounded, rounded_text, squares};
 pub(crate) use parts::PartsName;
 pub use share::{WARNED_LOSS, report_loss};
 pub(crate) use share::{about, lamps_text, percent, share};

@@ -188,20 +188,25 @@ pub fn write_rgbe(image: &Image, recipe: Option<&str>) -> Result<Encoded, Error>
         format!("#?RADIANCE\n{recipe}FORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
     let mut negative = 0;
     let mut line = Vec::with_capacity(width);
-    for (row, pixels) in image.pixels().chunks_exact(width).enumerate() {
-        line.clear();
-        for (column, pixel) in pixels.iter().enumerate() {
-            if pixel.iter().any(|value| value.is_nan()) {
-                return Err(Error::new(
-                    ErrorKind::Unwritable,
-                    format!("pixel ({column}, {row}) is NaN, which RGBE cannot hold"),
-                )
-                .within(CODEC.name));
+    let mut scratch = Vec::new();
+    let blocks = (0..CodedRows::count(height)).map(|block| CodedRows::rows(height, block));
+    for rows in blocks {
+        let pixels = image.rows(rows.clone(), &mut scratch);
+        for (row, pixels) in rows.zip(pixels.chunks_exact(width)) {
+            line.clear();
+            for (column, pixel) in pixels.iter().enumerate() {
+                if pixel.iter().any(|value| value.is_nan()) {
+                    return Err(Error::new(
+                        ErrorKind::Unwritable,
+                        format!("pixel ({column}, {row}) is NaN, which RGBE cannot hold"),
+                    )
+                    .within(CODEC.name));
+                }
+                negative += pixel.iter().filter(|value| **value < 0.0).count();
+                line.push(encode(*pixel));
             }
-            negative += pixel.iter().filter(|value| **value < 0.0).count();
-            line.push(encode(*pixel));
+            write_scanline(&line, &mut bytes);
         }
-        write_scanline(&line, &mut bytes);
     }
     Ok(Encoded { bytes, negative })
 }

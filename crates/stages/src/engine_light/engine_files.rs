@@ -4,13 +4,15 @@ use std::iter;
 
 use containers::{Precision, ReadOptions, TexelFormat, lighting_json, read_image, write_exr, write_rgbe};
 use engine::{Failure, Reporter};
-use envmap::{CubeMap, Environment, Image};
-use sh::Expansion;
+use envmap::{CubeMap, Environment};
+use sh::{Expansion, Stop};
 use shrm::MapGrid;
 use sphere::Cube;
 
 use crate::engines::{CubeLight, EngineFormat, EnginePreset, Skybox, texture};
-use crate::values::{Content, Excess, LARGEST_HALF, Overflow, note_floats, rounded, rounded_text};
+use crate::values::{
+    Content, Excess, LARGEST_HALF, Overflow, RowsLost, note_floats, rounded, rounded_text, squares,
+};
 
 /// An engine, and the format in which it gets its light.
 #[derive(Clone, Copy)]
@@ -119,22 +121,20 @@ pub(crate) fn of_lat_long(
     environment: &Environment,
     irradiance: &Expansion,
     recipe: Option<&str>,
+    stop: Stop<'_>,
 ) -> Result<EngineFiles, Failure> {
-    let grid = environment.grid();
-    let image = Image::new(grid.width, grid.height, environment.pixels().to_vec())
-        .ok_or_else(|| Failure::new("an environment without pixels"))?;
-    let content = Content::Light(MapGrid::LatLong(grid));
-    let past = |limit: f32| Excess::of(environment.pixels(), content, limit);
+    let image = environment.to_image();
+    let past = |limit: f32| Excess::of_rows(environment, limit, stop);
     let (encoded, precision, limit, excess) = match format {
         EngineFormat::Exr => {
-            let excess = past(LARGEST_HALF);
+            let excess = past(LARGEST_HALF)?;
             let (precision, limit) = match excess.count {
                 0 => (Precision::Half, LARGEST_HALF),
                 _ => (Precision::Float, f32::MAX),
             };
             (write_exr(&image, precision, recipe)?, Some(precision), limit, excess)
         }
-        EngineFormat::Hdr => (write_rgbe(&image, recipe)?, None, format.largest(), past(format.largest())),
+        EngineFormat::Hdr => (write_rgbe(&image, recipe)?, None, format.largest(), past(format.largest())?),
         EngineFormat::Rgba16F
         | EngineFormat::Rgba32F
         | EngineFormat::Rgb9E5
@@ -147,38 +147,24 @@ pub(crate) fn of_lat_long(
     let beside = preset.irradiance_beside_image();
     let beside = beside.map(|preset| lighting_json::encode(&irradiance.clone().into(), preset, recipe));
     let found = read_image(&encoded.bytes, &ReadOptions::default())?.image;
+    let lost = RowsLost::of(environment, &found, limit, format == EngineFormat::Exr);
+    let largest = f64::from(excess.largest);
     Ok(EngineFiles {
         precision,
         limit,
         excess,
-        content,
+        content: Content::Light(MapGrid::LatLong(environment.grid())),
         negative: encoded.negative,
-        errors: vec![difference(environment.pixels(), found.pixels())],
-        rounded: vec![rounded(
-            environment.pixels(),
-            found.pixels(),
-            content,
-            limit,
-            format == EngineFormat::Exr,
-        )],
+        errors: vec![if largest > 0.0 { lost.rms / largest } else { 0.0 }],
+        rounded: vec![lost.rounded],
         files: std::iter::once(encoded.bytes).chain(beside.transpose()?).collect(),
     })
 }
 
-fn largest_of(pixels: &[[f32; 3]]) -> f32 {
-    pixels.as_flattened().iter().fold(0.0, |a, b| a.max(*b))
-}
-
 /// The RMS difference over texels and channels, as a share of the largest value.
 fn difference(given: &[[f32; 3]], found: &[[f32; 3]]) -> f64 {
-    let squares: f64 = given
-        .as_flattened()
-        .iter()
-        .zip(found.as_flattened())
-        .map(|(a, b)| math::powi(f64::from(*a) - f64::from(*b), 2))
-        .sum();
-    let largest = f64::from(largest_of(given));
-    if largest == 0.0 { 0.0 } else { (squares / (3 * given.len()) as f64).sqrt() / largest }
+    let largest = f64::from(given.as_flattened().iter().fold(0.0_f32, |largest, value| largest.max(*value)));
+    if largest == 0.0 { 0.0 } else { (squares(given, found) / (3 * given.len()) as f64).sqrt() / largest }
 }
 
 /// Warns of the values that the format could not hold, or fails.

@@ -172,7 +172,7 @@ impl Kind for ExportEngine {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-engine";
-    const REVISION: u32 = 6;
+    const REVISION: u32 = 7;
     const KERNELS: &'static [u32] = &[
         shrm::revisions::PREFILTER,
         sh::revisions::TRANSFORM,
@@ -298,7 +298,9 @@ impl Kind for ExportEngine {
                     _ => None,
                 };
                 let environment = resized.as_ref().unwrap_or(environment);
-                let made = engine_files::of_lat_long(target, environment, &irradiance, recipe)?;
+                let made = reporter.until_stopped(|stop| {
+                    engine_files::of_lat_long(target, environment, &irradiance, recipe, stop)
+                })?;
                 (made, vec![json!({ "rows": environment.grid().height })])
             }
         };

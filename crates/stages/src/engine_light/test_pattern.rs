@@ -28,7 +28,7 @@ use engine::{Context, Failure, Kind, Output, Port, Product, parameters};
 use envmap::{CubeMap, Environment};
 use preview::drawing::{Align, Canvas, Rect, Style, Weight};
 use rayon::prelude::*;
-use sh::{Degree, Expansion, Transform};
+use sh::{Degree, Expansion, Stop, Transform};
 use shrm::{Distribution, MethodChoice, PrefilterKernel, prefilter};
 use sphere::{Cube, DVec3, Direction, Face, LatLong, from_file, to_file};
 
@@ -184,7 +184,7 @@ fn lat_long(target: EngineTarget, pattern: &str, rows: usize, recipe: &str) -> R
             (environment, light)
         }
     };
-    engine_files::of_lat_long(target, &environment, &light, Some(recipe))
+    engine_files::of_lat_long(target, &environment, &light, Some(recipe), Stop::NEVER)
 }
 
 /// 2 + 1.5 k d of a direction in the frame of files.

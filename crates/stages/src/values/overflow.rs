@@ -5,9 +5,14 @@
 //! 32-bit floats gets them by itself if it needs them; every other loss is reported in shares of each
 //! channel's light, which an artist can judge, and not in numbers of texels.
 
+use std::iter;
+
 use engine::Reporter;
+use envmap::{CodedRows, Environment, Image};
 use rayon::prelude::*;
+use sh::{Stop, Stopped};
 use shrm::MapGrid;
+use sphere::LatLong;
 
 use super::share::percent;
 
@@ -39,24 +44,31 @@ pub(crate) struct Excess {
 impl Excess {
     /// Finds the values of texels past `limit`, of either sign.
     pub(crate) fn of(texels: &[[f32; 3]], content: Content, limit: f32) -> Self {
-        let past = if limit == LARGEST_HALF { PAST_HALF } else { limit.next_up() };
-        let values = texels.as_flattened();
-        let count = values.iter().filter(|value| value.abs() >= past).count();
-        let largest = values.iter().fold(0.0_f32, |largest, value| largest.max(value.abs()));
+        let (count, largest) = past_limit(texels, limit);
         if count == 0 {
             return Self { largest, ..Self::default() };
         }
-        let weights = weights(content);
-        let lost = [0, 1, 2].map(|channel| {
-            let (mut lost, mut all) = (0.0, 0.0);
-            for (texel, weight) in texels.iter().zip(weights.iter().cycle()) {
-                let value = f64::from(texel[channel].abs());
-                all += weight * value;
-                lost += weight * (value - f64::from(limit)).max(0.0);
-            }
-            if all > 0.0 { lost / all } else { 0.0 }
-        });
-        Self { count, largest, lost }
+        Self { count, largest, lost: shares(lost_and_all(texels, weights(content).iter().cycle(), limit)) }
+    }
+
+    /// [`Excess::of`] of a lat-long image, of which few rows are decoded at a time.
+    pub(crate) fn of_rows(environment: &Environment, limit: f32, stop: Stop<'_>) -> Result<Self, Stopped> {
+        let found = environment.map_rows(stop, |_, pixels| past_limit(pixels, limit))?;
+        let add = |(count, largest): (usize, f32), of_block: (usize, f32)| {
+            (count + of_block.0, largest.max(of_block.1))
+        };
+        let (count, largest) = found.into_iter().fold((0, 0.0), add);
+        if count == 0 {
+            return Ok(Self { largest, ..Self::default() });
+        }
+        let grid = environment.grid();
+        let sums = environment.map_rows(stop, |first, pixels| {
+            let rows = pixels.chunks_exact(grid.width).enumerate();
+            let of_row =
+                |(row, pixels)| lost_and_all(pixels, iter::repeat(&weight_of_row(grid, first + row)), limit);
+            total(rows.map(of_row))
+        })?;
+        Ok(Self { count, largest, lost: shares(total(sums.into_iter())) })
     }
 
     /// The excess of a file that also holds other texels: of shares, those of the part that loses more.
@@ -100,17 +112,112 @@ pub(crate) fn rounded(
     limit: f32,
     is_signed: bool,
 ) -> [f64; 3] {
-    let weights = weights(content);
+    shares(change_and_all(given, found, weights(content).iter().cycle(), limit, is_signed))
+}
+
+/// What a lat-long image loses in a file.
+pub(crate) struct RowsLost {
+    /// The RMS difference over texels and channels.
+    pub(crate) rms: f64,
+    /// What [`rounded`] finds.
+    pub(crate) rounded: [f64; 3],
+}
+
+impl RowsLost {
+    /// Compares a lat-long image with what is read back, of which few rows are decoded at a time.
+    pub(crate) fn of(environment: &Environment, found: &Image, limit: f32, is_signed: bool) -> Self {
+        let (given, grid) = (environment.to_image(), environment.grid());
+        let block = |scratch: &mut [Vec<[f32; 3]>; 2], block: usize| {
+            let rows = CodedRows::rows(grid.height, block);
+            let [of_given, of_found] = scratch;
+            let (given, found) = (given.rows(rows.clone(), of_given), found.rows(rows.clone(), of_found));
+            let pairs = given.chunks_exact(grid.width).zip(found.chunks_exact(grid.width));
+            let of_row = |(row, (given, found))| {
+                change_and_all(given, found, iter::repeat(&weight_of_row(grid, row)), limit, is_signed)
+            };
+            (squares(given, found), total(rows.zip(pairs).map(of_row)))
+        };
+        let blocks = (0..CodedRows::count(grid.height)).into_par_iter();
+        let blocks: Vec<_> = blocks.map_init(Default::default, block).collect();
+        let squares: f64 = blocks.iter().map(|(squares, _)| squares).sum();
+        Self {
+            rms: (squares / (3 * grid.len()) as f64).sqrt(),
+            rounded: shares(total(blocks.into_iter().map(|(_, sums)| sums))),
+        }
+    }
+}
+
+/// The sum of the squares of the differences over texels and channels.
+pub(crate) fn squares(given: &[[f32; 3]], found: &[[f32; 3]]) -> f64 {
+    let pairs = given.as_flattened().iter().zip(found.as_flattened());
+    pairs.map(|(a, b)| math::powi(f64::from(*a) - f64::from(*b), 2)).sum()
+}
+
+/// The number of values past `limit`, of either sign, and the largest magnitude.
+fn past_limit(texels: &[[f32; 3]], limit: f32) -> (usize, f32) {
+    let past = if limit == LARGEST_HALF { PAST_HALF } else { limit.next_up() };
+    let values = texels.as_flattened().iter().map(|value| value.abs());
+    let count = values.clone().filter(|value| *value >= past).count();
+    (count, values.fold(0.0, f32::max))
+}
+
+/// Two sums of each channel: of a part of the light, and of all of it.
+type PartAndAll = [[f64; 2]; 3];
+
+/// What lies past `limit`, and all of it.
+fn lost_and_all<'a>(
+    texels: &[[f32; 3]],
+    weights: impl Iterator<Item = &'a f64> + Clone,
+    limit: f32,
+) -> PartAndAll {
+    [0, 1, 2].map(|channel| {
+        let (mut lost, mut all) = (0.0, 0.0);
+        for (texel, weight) in texels.iter().zip(weights.clone()) {
+            let value = f64::from(texel[channel].abs());
+            all += weight * value;
+            lost += weight * (value - f64::from(limit)).max(0.0);
+        }
+        [lost, all]
+    })
+}
+
+/// What rounding changes, and what it was given: see [`rounded`].
+fn change_and_all<'a>(
+    given: &[[f32; 3]],
+    found: &[[f32; 3]],
+    weights: impl Iterator<Item = &'a f64> + Clone,
+    limit: f32,
+    is_signed: bool,
+) -> PartAndAll {
     let least = if is_signed { -limit } else { 0.0 };
     [0, 1, 2].map(|channel| {
         let (mut change, mut all) = (0.0, 0.0);
-        for ((given, found), weight) in given.iter().zip(found).zip(weights.iter().cycle()) {
+        for ((given, found), weight) in given.iter().zip(found).zip(weights.clone()) {
             let given = f64::from(given[channel].clamp(least, limit));
             change += weight * (f64::from(found[channel]) - given);
             all += weight * given;
         }
-        if all > 0.0 { change / all } else { 0.0 }
+        [change, all]
     })
+}
+
+/// The sums over all parts, in their order.
+fn total(parts: impl Iterator<Item = PartAndAll>) -> PartAndAll {
+    parts.fold(PartAndAll::default(), |mut total, part| {
+        let sums = total.as_flattened_mut().iter_mut().zip(part.as_flattened());
+        sums.for_each(|(sum, part)| *sum += part);
+        total
+    })
+}
+
+/// Each part as a share of all.
+fn shares(sums: PartAndAll) -> [f64; 3] {
+    sums.map(|[part, all]| if all > 0.0 { part / all } else { 0.0 })
+}
+
+/// The weight of each texel of a row.
+fn weight_of_row(grid: LatLong, row: usize) -> f64 {
+    MapGrid::LatLong(grid).solid_angle(row * grid.width)
 }
 
 /// "rounding changes the light: red loses 1.2 %, blue gains 0.4 %", if it is more than a thousandth.
@@ -144,7 +251,7 @@ pub(crate) fn note_floats(excess: &Excess, reporter: &Reporter) {
 
 #[cfg(test)]
 mod tests {
-    use sphere::{Cube, LatLong};
+    use sphere::Cube;
 
     use super::*;
 

@@ -7,9 +7,10 @@
 
 use std::collections::HashSet;
 use std::io::Cursor;
+use std::ops::Range;
 
-use envmap::Image;
-use exr::block::chunk::Chunk;
+use envmap::{CodedRows, Image};
+use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::compression::Compression;
@@ -35,9 +36,17 @@ use crate::{limits, recipe};
 /// # Errors
 /// If the recipe holds control characters.
 pub fn write_exr(image: &Image, precision: Precision, recipe: Option<&str>) -> Result<Encoded, Error> {
-    let channels = channels("", "RGB", image.pixels().as_flattened());
-    write(image.width(), image.height(), channels, precision, recipe, &[], Stop::NEVER)
-        .map_err(|error| error.within(CODEC.name))
+    let (width, height) = (image.width(), image.height());
+    write(
+        width,
+        height,
+        &[Layer { name: "", letters: "RGB", values: Values::Image(image) }],
+        precision,
+        recipe,
+        &[],
+        Stop::NEVER,
+    )
+    .map_err(|error| error.within(CODEC.name))
 }
 
 /// Writes OpenEXR of four channels, R, G, B and A, row by row, for numbers that are no colours: the alpha is
@@ -54,9 +63,9 @@ pub fn write_exr_rgba(
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
 ) -> Result<Encoded, Error> {
-    let channels = channels("", "RGBA", rgba.as_flattened());
+    let layer = Layer { name: "", letters: "RGBA", values: Values::All(rgba.as_flattened()) };
     check_count(width, height, rgba.len())
-        .and_then(|()| write(width, height, channels, precision, recipe, metadata, Stop::NEVER))
+        .and_then(|()| write(width, height, &[layer], precision, recipe, metadata, Stop::NEVER))
         .map_err(|error| error.within(CODEC.name))
 }
 
@@ -92,32 +101,64 @@ pub fn write_exr_layers(
 ) -> Result<Encoded, Error> {
     let views: Vec<(&str, &[[f32; 3]])> =
         layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
-    let channels = views.iter().flat_map(|(name, pixels)| channels(name, "RGB", pixels.as_flattened()));
+    let values = views.iter().map(|(name, pixels)| (*name, Values::All(pixels.as_flattened())));
+    let layers: Vec<_> = values.map(|(name, values)| Layer { name, letters: "RGB", values }).collect();
     check_layers(width, height, &views)
-        .and_then(|()| write(width, height, channels.collect(), precision, recipe, metadata, stop))
+        .and_then(|()| write(width, height, &layers, precision, recipe, metadata, stop))
         .map_err(|error| error.within(CODEC.name))
 }
 
 /// A name, and the pixels row by row.
 type NamedLayer<'a> = (&'a str, &'a [[f32; 3]]);
 
-/// The numbers of one channel, which lie among those of others.
-struct Channel<'a> {
-    name: String,
-    /// The numbers of all channels, pixel by pixel.
-    values: &'a [f32],
-    /// The place of the channel in a pixel, and the number of channels there.
-    place: [usize; 2],
+/// The numbers of all channels of a layer, pixel by pixel.
+enum Values<'a> {
+    All(&'a [f32]),
+    /// Those of a picture, which may have to be decoded.
+    Image(&'a Image),
 }
 
-/// The channels of a layer, of which each is a letter.
-fn channels<'a>(layer: &str, letters: &str, values: &'a [f32]) -> Vec<Channel<'a>> {
-    let channel = |(place, letter): (usize, char)| Channel {
-        name: if layer.is_empty() { letter.into() } else { format!("{layer}.{letter}") },
-        values,
-        place: [place, letters.len()],
+/// A layer, of which each channel has a letter.
+struct Layer<'a> {
+    name: &'a str,
+    letters: &'static str,
+    values: Values<'a>,
+}
+
+impl Layer<'_> {
+    /// The numbers of some rows, which are decoded into `scratch` if they have to be.
+    fn rows<'s>(&'s self, width: usize, rows: Range<usize>, scratch: &'s mut Vec<[f32; 3]>) -> &'s [f32] {
+        match self.values {
+            Values::All(values) => {
+                let per_row = width * self.letters.len();
+                &values[rows.start * per_row..rows.end * per_row]
+            }
+            Values::Image(image) => image.rows(rows, scratch).as_flattened(),
+        }
+    }
+
+    fn channel_name(&self, letter: char) -> String {
+        if self.name.is_empty() { letter.into() } else { format!("{}.{letter}", self.name) }
+    }
+}
+
+/// A channel: its name, its layer, and its place in a pixel of that.
+struct Channel {
+    name: String,
+    layer: usize,
+    place: usize,
+}
+
+/// The channels of all layers, in the order of their names' bytes.
+fn channels(layers: &[Layer<'_>]) -> Vec<Channel> {
+    let of_layer = |(layer, of): (usize, &Layer<'_>)| {
+        let letters = of.letters.chars().enumerate();
+        let channel = |(place, letter)| Channel { name: of.channel_name(letter), layer, place };
+        letters.map(channel).collect::<Vec<_>>()
     };
-    letters.chars().enumerate().map(channel).collect()
+    let mut channels: Vec<Channel> = layers.iter().enumerate().flat_map(of_layer).collect();
+    channels.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
+    channels
 }
 
 fn check_count(width: usize, height: usize, found: usize) -> Result<(), Error> {
@@ -157,7 +198,7 @@ fn check_layers(width: usize, height: usize, layers: &[NamedLayer<'_>]) -> Resul
 fn write(
     width: usize,
     height: usize,
-    mut channels: Vec<Channel<'_>>,
+    layers: &[Layer<'_>],
     precision: Precision,
     recipe: Option<&str>,
     metadata: &[(&str, &str)],
@@ -168,8 +209,7 @@ fn write(
         Precision::Float => SampleType::F32,
         Precision::Half => SampleType::F16,
     };
-    // Channels stand in the order of their names' bytes.
-    channels.sort_by(|a, b| a.name.as_bytes().cmp(b.name.as_bytes()));
+    let channels = channels(layers);
     let list = channels.iter().map(|channel| ChannelDescription::named(text(&channel.name), sample_type));
     let mut header = Header::new(text(""), (width, height), list.collect()).with_encoding(
         Compression::ZIP16,
@@ -192,23 +232,40 @@ fn write(
     let headers: Headers = [header].into_iter().collect();
 
     let blocks: Vec<(usize, BlockIndex)> = enumerate_ordered_header_block_indices(&headers).collect();
-    let compress = |(position, index)| -> Result<(usize, Chunk), Error> {
-        stop.check().map_err(|Stopped| Error::new(ErrorKind::Unwritable, "the writing was stopped"))?;
-        let data = samples(width, &channels, index, precision);
-        let chunk = guarded(|| UncompressedBlock { index, data }.compress_to_chunk(&headers))?;
-        Ok((position, chunk))
+    let compress = |blocks: &[(usize, BlockIndex)]| -> Result<Vec<(usize, Chunk)>, Error> {
+        let data = samples(width, layers, &channels, blocks, precision);
+        let chunk = |((position, index), data): (&(usize, BlockIndex), Vec<u8>)| {
+            stop.check().map_err(|Stopped| Error::new(ErrorKind::Unwritable, "the writing was stopped"))?;
+            let block = UncompressedBlock { index: *index, data };
+            Ok((*position, guarded(|| block.compress_to_chunk(&headers))?))
+        };
+        blocks.iter().zip(data).map(chunk).collect()
     };
-    let chunks: Vec<(usize, Chunk)> = blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
-    let mut bytes = Vec::new();
+    let chunks: Vec<Vec<(usize, Chunk)>> =
+        blocks.par_chunks(BLOCKS_AT_ONCE).map(compress).collect::<Result<_, _>>()?;
+    let of_chunks: usize = chunks.iter().flatten().map(|(_, chunk)| length(chunk)).sum();
+    let mut bytes = Vec::with_capacity(HEADER + of_chunks);
     guarded(|| {
         exr::block::write(Cursor::new(&mut bytes), headers, false, |_, writer| {
-            chunks.into_iter().try_for_each(|(position, chunk)| writer.write_chunk(position, chunk))
+            chunks.into_iter().flatten().try_for_each(|(position, chunk)| writer.write_chunk(position, chunk))
         })
     })?;
     if several_texts {
         sort_attributes(&mut bytes);
     }
     Ok(Encoded { bytes, negative: 0 })
+}
+
+/// Room for the header of most files.
+const HEADER: usize = 1 << 14;
+
+/// The bytes of a chunk of scanlines in the file, and of its place.
+fn length(chunk: &Chunk) -> usize {
+    const NUMBERS: usize = 16;
+    match &chunk.compressed_block {
+        CompressedBlock::ScanLine(block) => NUMBERS + block.compressed_pixels_le.len(),
+        _ => 0,
+    }
 }
 
 /// Puts the attributes of a file of one part in the order of their names: the `exr` crate keeps texts in a
@@ -233,21 +290,41 @@ fn sort_attributes(bytes: &mut [u8]) {
     bytes[START..at].copy_from_slice(&attributes.concat());
 }
 
-/// A block's samples in the order of this machine's bytes, each row channel after channel.
-fn samples(width: usize, channels: &[Channel<'_>], index: BlockIndex, precision: Precision) -> Vec<u8> {
-    let mut data = Vec::new();
-    let (x, y) = (index.pixel_position.0, index.pixel_position.1);
-    for row in y..y + index.pixel_size.1 {
-        for Channel { values, place: [place, count], .. } in channels {
-            let begin = row * width + x;
-            for pixel in values[begin * count..(begin + index.pixel_size.0) * count].chunks_exact(*count) {
-                let value = pixel[*place];
-                match precision {
-                    Precision::Float => data.extend_from_slice(&value.to_ne_bytes()),
-                    Precision::Half => data.extend_from_slice(&to_half(value).to_ne_bytes()),
+/// Blocks of 16 rows that are compressed one after the other: their rows are decoded at once.
+const BLOCKS_AT_ONCE: usize = CodedRows::HEIGHT / 16;
+
+/// The samples of neighbouring blocks in the order of this machine's bytes, each row channel after channel.
+fn samples(
+    width: usize,
+    layers: &[Layer<'_>],
+    channels: &[Channel],
+    blocks: &[(usize, BlockIndex)],
+    precision: Precision,
+) -> Vec<Vec<u8>> {
+    let rows = |index: &BlockIndex| index.pixel_position.1..index.pixel_position.1 + index.pixel_size.1;
+    let ends = blocks.first().zip(blocks.last());
+    let all = ends.map_or(0..0, |((_, first), (_, last))| rows(first).start..rows(last).end);
+    let mut scratch: Vec<Vec<[f32; 3]>> = layers.iter().map(|_| Vec::new()).collect();
+    let values: Vec<&[f32]> = layers
+        .iter()
+        .zip(&mut scratch)
+        .map(|(layer, scratch)| layer.rows(width, all.clone(), scratch))
+        .collect();
+    let of_block = |(_, index): &(usize, BlockIndex)| {
+        let mut data = Vec::new();
+        for row in rows(index) {
+            for Channel { layer, place, .. } in channels {
+                let count = layers[*layer].letters.len();
+                let row = &values[*layer][(row - all.start) * width * count..][..width * count];
+                for value in row.iter().skip(*place).step_by(count) {
+                    match precision {
+                        Precision::Float => data.extend_from_slice(&value.to_ne_bytes()),
+                        Precision::Half => data.extend_from_slice(&to_half(*value).to_ne_bytes()),
+                    }
                 }
             }
         }
-    }
-    data
+        data
+    };
+    blocks.iter().map(of_block).collect()
 }
