@@ -6,7 +6,9 @@
 use std::io::Cursor;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use containers::{ErrorKind, ReadOptions, read_image, read_image_until, tensors, write_rgbe};
+use containers::{
+    ErrorKind, Precision, ReadOptions, read_image, read_image_until, tensors, write_exr, write_rgbe,
+};
 use envmap::{Environment, Image, Layout};
 use exr::prelude::*;
 use sh::Stop;
@@ -84,6 +86,20 @@ fn open_exr_gives_the_pixels_of_another_reader_for_any_number_of_threads() {
         }
     }
     assert_eq!(cases, 48);
+}
+
+/// A picture is written from its blocks as from its floats.
+#[test]
+fn blocks_of_rows_are_written_as_floats_are() {
+    let picture = picture(&open_exr(Compression::ZIP16, Blocks::ScanLines, LineOrder::Increasing));
+    let decoded = Image::new(SIZE.0, SIZE.1, picture.clone().into_pixels()).unwrap();
+    for precision in [Precision::Half, Precision::Float] {
+        let [blocks, floats] =
+            [&picture, &decoded].map(|image| write_exr(image, precision, Some("{}")).unwrap().bytes);
+        assert!(blocks == floats, "{precision:?}");
+        assert_eq!(oracle(&blocks), decoded.pixels(), "{precision:?}");
+    }
+    assert_eq!(write_rgbe(&picture, None).unwrap(), write_rgbe(&decoded, None).unwrap());
 }
 
 #[test]

@@ -306,6 +306,38 @@ mod tests {
         assert_eq!(rounded_text([0.9e-3, -0.9e-3, 0.0]), None);
     }
 
+    /// Rows that are decoded a few at a time have the sums of the whole.
+    #[test]
+    fn a_lat_long_image_by_rows_is_one_of_texels() {
+        let grid = LatLong::with_rows(70);
+        let texel = |k: usize| [(k * k % 97) as f32, 0.3 * (k % 31) as f32, 7.0];
+        let pixels: Vec<[f32; 3]> = (0..grid.len()).map(texel).collect();
+        let rounding = |texel: &[f32; 3]| texel.map(|value| 2.0 * (0.5 * value).round());
+        let found: Vec<[f32; 3]> = pixels.iter().map(rounding).collect();
+        let environment = Environment::new(grid, pixels.clone()).unwrap();
+        let content = Content::Light(MapGrid::LatLong(grid));
+        let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-13);
+        for limit in [40.0, 1e3] {
+            let (whole, by_rows) = (
+                Excess::of(&pixels, content, limit),
+                Excess::of_rows(&environment, limit, Stop::NEVER).unwrap(),
+            );
+            assert_eq!((whole.count, whole.largest), (by_rows.count, by_rows.largest));
+            assert!(whole.count > 0 || limit > 97.0);
+            assert!(close(whole.lost, by_rows.lost), "{whole:?} {by_rows:?}");
+            let expected = rounded(&pixels, &found, content, limit, true);
+            let rms = (squares(&pixels, &found) / (3 * grid.len()) as f64).sqrt();
+            let image = Image::new(grid.width, grid.height, found.clone()).unwrap();
+            let lost = RowsLost::of(&environment, &image, limit, true);
+            assert!(
+                close(lost.rounded, expected) && expected[1].abs() > 1e-4,
+                "{:?} {expected:?}",
+                lost.rounded
+            );
+            assert!((lost.rms - rms).abs() < 1e-12 && rms > 0.1, "{} {rms}", lost.rms);
+        }
+    }
+
     #[test]
     fn a_sentence_names_the_channels_that_lose() {
         let text = |lost| Excess { lost, ..Excess::default() }.text(Content::Values);
