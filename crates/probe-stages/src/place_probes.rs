@@ -242,7 +242,7 @@ impl Kind for PlaceProbes {
     type Parameters = Parameters;
 
     const NAME: &'static str = "place-probes";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[probes::revisions::PROBES, probes::revisions::LEAKS];
     const TEXT: &'static str = include_str!("place_probes.rs");
     const SLOW: bool = true;
@@ -285,9 +285,9 @@ impl Kind for PlaceProbes {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
-        let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
-        check(stored, ScenePart::Shape)?;
-        let scene = stored.scene.part(ScenePart::Shape);
+        let connected = context.inputs.get::<artifacts::Scene>("scene")?;
+        check(&connected.0, ScenePart::Shape)?;
+        let scene = connected.0.scene.part(ScenePart::Shape);
         let (mut boxes, mut from) = parameters.boxes(&scene);
         let mut points: Vec<[f32; 3]> =
             parameters.points.iter().map(|point| point.0.map(|x| x as f32)).collect();
@@ -309,7 +309,7 @@ impl Kind for PlaceProbes {
         };
         reporter.note(format!("{} probes in {from}{at_points}", places.len()));
         report(&places, &scene, reporter);
-        Output::artifact(artifacts::ProbePlaces(places))
+        Output::artifact(artifacts::ProbePlaces(places, connected.triangles_digest()))
     }
 }
 
