@@ -39,8 +39,9 @@
 //! narrower or lower end it, and the boxes of two rooms meet in the doorway. Narrower spaces beside such
 //! rooms, as corridors, are rooms of their own, if they are at least half a metre wide; so is what is
 //! outside, if the box holds it. A room that is no box, as an L, gets several. Walls are found by rays
-//! between places 10 cm apart, and farther apart in boxes of more than 2 million such places. Walls without
-//! thickness end the boxes on both sides, and Bevy blends both where they touch: give walls a thickness.
+//! between places 10 cm apart, and farther apart in boxes of more than 2 million such places, which a note
+//! says. Walls without thickness end the boxes on both sides, and Bevy blends both where they touch: give
+//! walls a thickness.
 //! Use `lattice = "centres"`: boxes with probes at the corners grow by half a spacing in three.js 187.
 //!
 //! A note has the share of light from probes that cannot see the surface that they light, before and after:
