@@ -314,7 +314,7 @@ fn tensor_file(bytes: &[u8]) -> Result<Facts, containers::Error> {
             facts.extend(range("radiance", environment.pixels().iter().map(|pixel| pixel.map(f64::from))));
         }
         "scene" => facts.extend(probes::scene(bytes)?),
-        "probe-places" => facts.extend(probes::places(&tensors::decode_probe_places(bytes)?)),
+        "probe-places" => facts.extend(probes::places(&tensors::decode_probe_places(bytes)?.0)),
         "probe-transport" => facts.extend(probes::transport(bytes)?),
         "probe-lamps" => facts.extend(probes::lamps(bytes)?),
         "probes" => facts.extend(probes::lit(bytes)?),

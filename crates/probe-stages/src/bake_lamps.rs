@@ -89,9 +89,11 @@ impl Kind for BakeLamps {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
-        let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
-        check(stored, ScenePart::Lamps)?;
-        let places = &context.inputs.get::<artifacts::ProbePlaces>("places")?.0;
+        let scene = context.inputs.get::<artifacts::Scene>("scene")?;
+        check(&scene.0, ScenePart::Lamps)?;
+        let places = context.inputs.get::<artifacts::ProbePlaces>("places")?;
+        places.check(&scene)?;
+        let (places, stored) = (&places.0, &scene.0);
         let places_digest = context.inputs.digest("places")?.to_string();
         let degree = Degree::new(parameters.degree)?;
         // The degree of the sky is not read.

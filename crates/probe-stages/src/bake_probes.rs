@@ -113,9 +113,11 @@ impl Kind for BakeProbes {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
-        let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
-        check(stored, ScenePart::Surfaces)?;
-        let places = &context.inputs.get::<artifacts::ProbePlaces>("places")?.0;
+        let scene = context.inputs.get::<artifacts::Scene>("scene")?;
+        check(&scene.0, ScenePart::Surfaces)?;
+        let places = context.inputs.get::<artifacts::ProbePlaces>("places")?;
+        places.check(&scene)?;
+        let (places, stored) = (&places.0, &scene.0);
         let places_digest = context.inputs.digest("places")?;
         let options = parameters.baking.options(parameters.degree, parameters.sky_degree)?;
         let channels = if stored.scene.is_grey() { 1 } else { 3 };

@@ -26,7 +26,8 @@
 //! which fails the build. Boxes that end at walls (`split = "rooms"` or `boxes` of `place-probes`), or walls
 //! in the middle between rows of probes, make it smaller; `report` draws the leaks.
 //!
-//! `scene` is best connected to the part `shape` of `scene-part`, as for `place-probes`.
+//! `scene` is best connected to the part `shape` of `scene-part`, as for `place-probes`. A scene with other
+//! triangles than the one in which the probes were placed is an error.
 //!
 //! ## Files
 //!
@@ -117,9 +118,11 @@ impl Kind for CheckProbes {
     }
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
-        let places = &context.inputs.get::<artifacts::ProbePlaces>("places")?.0;
-        let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
-        check(stored, ScenePart::Shape)?;
+        let places = context.inputs.get::<artifacts::ProbePlaces>("places")?;
+        let scene = context.inputs.get::<artifacts::Scene>("scene")?;
+        check(&scene.0, ScenePart::Shape)?;
+        places.check(&scene)?;
+        let (places, stored) = (&places.0, &scene.0);
         let blend = match parameters.blend {
             BlendName::Three => Blend::Three,
             BlendName::Bevy => Blend::Bevy,

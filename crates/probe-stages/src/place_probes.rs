@@ -39,8 +39,9 @@
 //! narrower or lower end it, and the boxes of two rooms meet in the doorway. Narrower spaces beside such
 //! rooms, as corridors, are rooms of their own, if they are at least half a metre wide; so is what is
 //! outside, if the box holds it. A room that is no box, as an L, gets several. Walls are found by rays
-//! between places 10 cm apart, and farther apart in boxes of more than 2 million such places. Walls without
-//! thickness end the boxes on both sides, and Bevy blends both where they touch: give walls a thickness.
+//! between places 10 cm apart, and farther apart in boxes of more than 2 million such places, which a note
+//! says. Walls without thickness end the boxes on both sides, and Bevy blends both where they touch: give
+//! walls a thickness.
 //! Use `lattice = "centres"`: boxes with probes at the corners grow by half a spacing in three.js 187.
 //!
 //! A note has the share of light from probes that cannot see the surface that they light, before and after:
@@ -242,7 +243,7 @@ impl Kind for PlaceProbes {
     type Parameters = Parameters;
 
     const NAME: &'static str = "place-probes";
-    const REVISION: u32 = 2;
+    const REVISION: u32 = 3;
     const KERNELS: &'static [u32] = &[probes::revisions::PROBES, probes::revisions::LEAKS];
     const TEXT: &'static str = include_str!("place_probes.rs");
     const SLOW: bool = true;
@@ -285,9 +286,9 @@ impl Kind for PlaceProbes {
 
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
-        let stored = &context.inputs.get::<artifacts::Scene>("scene")?.0;
-        check(stored, ScenePart::Shape)?;
-        let scene = stored.scene.part(ScenePart::Shape);
+        let connected = context.inputs.get::<artifacts::Scene>("scene")?;
+        check(&connected.0, ScenePart::Shape)?;
+        let scene = connected.0.scene.part(ScenePart::Shape);
         let (mut boxes, mut from) = parameters.boxes(&scene);
         let mut points: Vec<[f32; 3]> =
             parameters.points.iter().map(|point| point.0.map(|x| x as f32)).collect();
@@ -309,7 +310,7 @@ impl Kind for PlaceProbes {
         };
         reporter.note(format!("{} probes in {from}{at_points}", places.len()));
         report(&places, &scene, reporter);
-        Output::artifact(artifacts::ProbePlaces(places))
+        Output::artifact(artifacts::ProbePlaces(places, connected.triangles_digest()))
     }
 }
 

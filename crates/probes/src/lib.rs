@@ -47,7 +47,7 @@ pub use options::{BakeError, BakeOptions, MOST_BYTES};
 pub use places::{PlacesError, ProbePlaces, Repair};
 pub use places_parts::PlacesParts;
 pub use ringing::{least_window, window_factor};
-pub use rooms::rooms;
+pub use rooms::{LEAST_ROOM_STEP, room_step, rooms};
 pub use scatter::{SCATTER_RATIO, scatter};
 pub use scene::{Corner, NamedBox, Part, Scene, SceneError, SceneParts};
 pub use scene_part::ScenePart;

@@ -16,7 +16,7 @@ use crate::surfaces::Surfaces;
 use crate::validity::Viewer;
 
 /// The least distance of places on the lattice, in metres.
-const STEP: f32 = 0.1;
+pub const LEAST_ROOM_STEP: f32 = 0.1;
 
 /// The most places on the lattice.
 const MOST_CELLS: f32 = (1 << 21) as f32;
@@ -33,6 +33,17 @@ const WALL: f32 = 0.5;
 /// How many places of a space are looked at to know whether it is inside of a solid.
 const LOOKED: usize = 9;
 
+/// The distance of the places on the lattice on which rooms in a box are found, in metres: that in a large
+/// box is longer than [`LEAST_ROOM_STEP`]. Walls and openings of about a step may be missed.
+pub fn room_step(bounds: [[f32; 3]; 2]) -> f32 {
+    let [least, most] = bounds.map(Vec3::from);
+    let mut step = LEAST_ROOM_STEP;
+    while ((most - least) / step).ceil().max(Vec3::ONE).to_array().iter().product::<f32>() > MOST_CELLS {
+        step *= 1.25;
+    }
+    step
+}
+
 /// The boxes of the rooms in a box, in metres: none if there is no free space as wide as half a metre.
 ///
 /// Spaces that are connected by an opening narrower or lower than `opening` metres are two rooms. Boxes end
@@ -47,14 +58,8 @@ pub fn rooms(
     opening: f32,
     stop: Stop<'_>,
 ) -> Result<Vec<[[f32; 3]; 2]>, Stopped> {
-    let [least, most] = bounds.map(Vec3::from);
-    let size = most - least;
-    let mut step = STEP;
-    while (size / step).ceil().max(Vec3::ONE).to_array().iter().product::<f32>() > MOST_CELLS {
-        step *= 1.25;
-    }
     let viewer = Viewer::new(surfaces);
-    let cells = Cells::new(&viewer, bounds, step, stop)?;
+    let cells = Cells::new(&viewer, bounds, room_step(bounds), stop)?;
     let mut search = Search { viewer: &viewer, cells: &cells, bounds, found: Vec::new() };
     // A box of n cells has n - 1 steps between its outer places: it does not fit through the opening.
     let sides = cells.step().to_array().map(|step| ((opening / step).floor() as usize).saturating_add(2));

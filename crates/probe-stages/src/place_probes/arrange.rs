@@ -1,7 +1,10 @@
 //! Where the volumes are: the boxes, or the rooms in them, and what leaks before and after that.
 
 use engine::{Failure, Reporter, Steps};
-use probes::{Blend, LEAK_POINTS, Leaks, PlacesError, ProbePlaces, Surfaces, Volume, leaks, rooms};
+use probes::{
+    Blend, LEAK_POINTS, LEAST_ROOM_STEP, Leaks, PlacesError, ProbePlaces, Surfaces, Volume, leaks, room_step,
+    rooms,
+};
 use stages::plugin::UntilStopped;
 
 /// The most probes that are placed: each takes more than a kilobyte of memory until it is repaired.
@@ -95,6 +98,13 @@ fn split(
         let found = reporter.until_stopped(|stop| {
             rooms(surfaces, *bounds, opening, stop).map_err(|stopped| failure(PlacesError::from(stopped)))
         })?;
+        let step = room_step(*bounds);
+        if step > LEAST_ROOM_STEP {
+            reporter.note(format!(
+                "{name} is large: its rooms are found in steps of {step:.2} m, where {LEAST_ROOM_STEP} is usual, and \
+                 spaces less wide than a few of them may be missed; smaller `boxes` have shorter steps"
+            ));
+        }
         if found.is_empty() {
             reporter.note(format!("{name} is not split: it has no free space that is half a metre wide"));
             all.push((name.clone(), *bounds));

@@ -3,7 +3,7 @@
 use engine::Cancel;
 use probes::{Lattice, PlacesParts, Repair, Volume};
 use serde_json::json;
-use stages::artifacts::{ProbePlaces, ProbeTransport};
+use stages::artifacts::{ProbePlaces, ProbeTransport, Scene};
 
 use crate::fixture::{case, part};
 use crate::relighting::Baked;
@@ -97,7 +97,7 @@ fn a_transport_that_is_too_large_is_refused_before_the_first_ray() {
         visible: vec![0; count],
         reach: vec![0; 256 * count],
     });
-    let places = ProbePlaces(places.unwrap());
+    let places = ProbePlaces(places.unwrap(), scene.triangles_digest());
     let failure = case("bake-probes", "degree = 4\nsky-degree = 8")
         .input("scene", &*scene)
         .input("places", &places)
@@ -164,6 +164,26 @@ fn what_does_not_belong_together_is_refused() {
     let failure =
         case("light-probes", "").input("transport", &*baked.transport).input("scene", &*surfaces).failure();
     assert!(failure.ends_with("connect the stage of import-scene itself"), "{failure}");
+}
+
+/// Probes of another scene would stand in its walls: a crate that is an inch further makes another one, a
+/// colour does not.
+#[test]
+fn places_of_another_scene_are_refused() {
+    let room = Room::new().scene();
+    let places = case("place-probes", "spacing = 1").input("scene", &*room).artifact::<ProbePlaces>();
+    let with = |kind, scene: &Scene| case(kind, "").input("places", &*places).input("scene", scene);
+    let moved = Room::new().with(|json| json["nodes"][0]["translation"] = json!([-0.7246, 0, -0.75])).scene();
+    let painted = Room::new().with(|json| {
+        json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.1, 0.2, 0.9, 1.0]);
+    });
+    let painted = painted.scene();
+    for kind in ["check-probes", "bake-probes", "bake-lamps"] {
+        let expected = "the probes were placed in a scene with other triangles than that at port scene | connect the \
+                        scene of place-probes, or another part of the same stage of import-scene";
+        assert_eq!(with(kind, &moved).failure(), expected, "{kind}");
+    }
+    assert!(with("check-probes", &painted).files_of().is_ok());
 }
 
 #[test]

@@ -82,6 +82,21 @@ fn error(receivers: &[Receiver], light: impl Fn(&Receiver) -> Option<[f64; 3]>) 
     (difference / size).sqrt()
 }
 
+/// Steps are a tenth of a metre up to two million places, and a note says if they are longer.
+#[test]
+fn long_steps_between_rooms_are_noted() {
+    let scene = Room::new().scene();
+    let noted = |to: f64| {
+        let boxes = format!("boxes = [{{ name = \"site\", from = [-2, -2, 0], to = [{to}, {to}, 4] }}]");
+        let notes = place(&scene, &format!("{boxes}\nspacing = 2.0\nsplit = \"rooms\"")).notes;
+        notes.into_iter().filter(|note| note.contains("steps")).collect::<Vec<_>>()
+    };
+    assert_eq!(noted(2.0), [""; 0]);
+    let expected = "site is large: its rooms are found in steps of 0.12 m, where 0.1 is usual, and spaces less wide \
+                    than a few of them may be missed; smaller `boxes` have shorter steps";
+    assert_eq!(noted(21.0), [expected]);
+}
+
 /// Between the rooms is a wall of 2 cm. With a volume for each, the dark room has nothing of the sky, and the
 /// other nothing of the lamp, in the shaders of three.js and Bevy, which see no walls.
 #[test]

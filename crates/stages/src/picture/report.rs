@@ -504,6 +504,9 @@ impl Kind for ReportKind {
         }
         let places = context.inputs.optional::<artifacts::ProbePlaces>("places")?;
         let scene = context.inputs.optional::<artifacts::Scene>("scene")?;
+        if let (Some(places), Some(scene)) = (&places, &scene) {
+            places.check(scene)?;
+        }
         let scene = scene.as_ref().map(|scene| &scene.0.scene);
         let mut probes = None;
         if let Some(places) = &places {

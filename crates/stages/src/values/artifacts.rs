@@ -17,7 +17,7 @@
 //! | `vertex-radiance` | the radiance of vertices and their mesh's digest | safetensors: `radiance` [V, 3] f32 |
 //! | `vertex-blend` | one number from 0 to 1 for each vertex, or two, and their mesh's digest | safetensors: `blend` \[V\] or \[V, 2\] f32 |
 //! | `scene` | [`probes::Scene`] or a part of it, and the digest of its surfaces | safetensors: `triangles` [T, 3, 3] f32, ..., `texture0` [height, width, 4] u16, ...; materials, lamps and boxes as JSON in the metadata |
-//! | `probe-places` | [`probes::ProbePlaces`] | safetensors: `positions` [P, 3] f32, `repairs` \[P\] u8, ... |
+//! | `probe-places` | [`probes::ProbePlaces`] and the digest of its scene's triangles | safetensors: `positions` [P, 3] f32, `repairs` \[P\] u8, ... |
 //! | `probe-transport` | [`probes::Transport`], its places, and their and the surfaces' digests | safetensors: `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3], f16 or f32, and the places |
 //! | `probe-lamps` | [`probes::LampColumns`] of each lamp, and the digests of places and surfaces | safetensors: `direct` and `indirect` [L, P, (F+1)^2, 3] f32 |
 //! | `probes` | [`probes::LitProbes`] and their places | safetensors: `sh` [P, 9, 3] f32, and the places |
@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use brdf::BaseColorTexture;
 use containers::tensors;
-use engine::{Artifact, Failure, Output};
+use engine::{Artifact, Digest, Failure, Output};
 
 /// Distant light as a lat-long image.
 #[derive(Clone, Debug, PartialEq)]
@@ -305,6 +305,15 @@ impl Artifact for VertexBlend {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene(pub tensors::StoredScene);
 
+impl Scene {
+    /// The digest of the triangles, which all parts of a scene have.
+    pub fn triangles_digest(&self) -> String {
+        let numbers = self.0.scene.parts().triangles.as_flattened().as_flattened();
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        Digest::of(&bytes).to_string()
+    }
+}
+
 impl Artifact for Scene {
     const TYPE: &'static str = "scene";
 
@@ -317,19 +326,35 @@ impl Artifact for Scene {
     }
 }
 
-/// Where light probes stand, and what they see of each other.
+/// Where light probes stand, what they see of each other, and [`Scene::triangles_digest`] of the scene in
+/// which they were placed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ProbePlaces(pub probes::ProbePlaces);
+pub struct ProbePlaces(pub probes::ProbePlaces, pub String);
+
+impl ProbePlaces {
+    /// An error if the probes were placed in another scene.
+    ///
+    /// # Errors
+    /// If its triangles are others.
+    pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
+        if self.1 == scene.triangles_digest() {
+            return Ok(());
+        }
+        Err(Failure::new("the probes were placed in a scene with other triangles than that at port scene")
+            .help("connect the scene of place-probes, or another part of the same stage of import-scene"))
+    }
+}
 
 impl Artifact for ProbePlaces {
     const TYPE: &'static str = "probe-places";
 
     fn encode(&self) -> Result<Vec<u8>, Failure> {
-        Ok(tensors::encode_probe_places(&self.0, None))
+        Ok(tensors::encode_probe_places(&self.0, &self.1, None))
     }
 
     fn decode(bytes: &[u8]) -> Result<Self, Failure> {
-        Ok(Self(tensors::decode_probe_places(bytes)?))
+        let (places, triangles) = tensors::decode_probe_places(bytes)?;
+        Ok(Self(places, triangles))
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use containers::tensors::StoredScene;
 use engine::Artifact;
 use probes::Repair;
 use stages::artifacts::{
@@ -247,6 +248,12 @@ fn a_report_draws_probes() {
     let (json, page) = crate::report::report(&with_places());
     crate::report::check_page(&page);
     assert!(json["probes"]["leaks"].as_array().unwrap().is_empty() && !page.contains("class=\"wall\""));
+    // Walls of another scene would be drawn around them.
+    let mut parts = scene.0.scene.parts().clone();
+    parts.triangles.swap(0, 1);
+    let other = StoredScene { scene: probes::Scene::new(parts).unwrap(), ..scene.0.clone() };
+    let failure = with_places().input("scene", Scene(other)).failure();
+    assert!(failure.starts_with("the probes were placed in a scene with other triangles than"), "{failure}");
     // Environments are needed for the rest.
     let errors = with_places().input("environment", environment(16, sky)).input_errors().join("; ");
     assert!(errors.contains("need the port material"), "{errors}");

@@ -9,6 +9,8 @@ use crate::error::Error;
 
 /// The metadata entry with the names and the lattices of the volumes, as a list in JSON.
 const VOLUMES: &str = "volumes";
+/// The metadata entry with the digest of the triangles.
+const TRIANGLES: &str = "triangles";
 /// The triangle of a probe that is inside of nothing.
 const NOTHING: u32 = u32::MAX;
 
@@ -41,20 +43,22 @@ const LATTICES: [(&str, Lattice); 2] = [("centres", Lattice::Centres), ("corners
 /// | `repairs` | \[P\] u8 | 0 for none, 1 for moved, 2 for filled, 3 for lost: filled from the nearest |
 /// | `reach` | [G, 256] u8 | how far the probes of volumes see, in 254ths of the diagonal of a cell |
 ///
-/// The metadata have `volumes`, a list in JSON of `name` and `lattice` (`centres` or `corners`).
-///
-pub fn encode_probe_places(places: &ProbePlaces, recipe: Option<&str>) -> Vec<u8> {
+/// The metadata have `volumes`, a list in JSON of `name` and `lattice` (`centres` or `corners`), and
+/// `triangles`, the digest of the triangles of the scene in which they are.
+pub fn encode_probe_places(places: &ProbePlaces, triangles: &str, recipe: Option<&str>) -> Vec<u8> {
     let mut file = Writer::new("probe-places", recipe);
+    file.entry(TRIANGLES, triangles);
     file.places(places);
     file.finish()
 }
 
-/// The places of probes, from a file of kind `probe-places`.
+/// The places of probes and the digest of the triangles, from a file of kind `probe-places`.
 ///
 /// # Errors
 /// The errors of [`super::decode_lighting`] and of [`ProbePlaces::from_parts`].
-pub fn decode_probe_places(bytes: &[u8]) -> Result<ProbePlaces, Error> {
-    TensorFile::open_as(bytes, "probe-places")?.places()
+pub fn decode_probe_places(bytes: &[u8]) -> Result<(ProbePlaces, String), Error> {
+    let file = TensorFile::open_as(bytes, "probe-places")?;
+    Ok((file.places()?, file.digest(TRIANGLES)?))
 }
 
 impl Writer {

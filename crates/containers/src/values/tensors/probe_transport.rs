@@ -259,7 +259,8 @@ fn square(name: &str, rows: usize, range: std::ops::RangeInclusive<usize>) -> Re
 }
 
 impl TensorFile<'_> {
-    fn digest(&self, key: &str) -> Result<String, Error> {
+    /// A digest among the metadata.
+    pub(super) fn digest(&self, key: &str) -> Result<String, Error> {
         let found = self.metadata.get(key).cloned();
         found.ok_or_else(|| Error::damaged(format!("metadata `{key}`: expected a digest, found none")))
     }

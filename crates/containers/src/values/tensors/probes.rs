@@ -102,8 +102,8 @@ mod tests {
 
     #[test]
     fn places_and_light_come_back() {
-        let bytes = encode_probe_places(&places(), Some("{}"));
-        assert_eq!(decode_probe_places(&bytes).unwrap(), places());
+        let bytes = encode_probe_places(&places(), "ab", Some("{}"));
+        assert_eq!(decode_probe_places(&bytes).unwrap(), (places(), "ab".to_owned()));
         assert_eq!(read_recipe(&bytes).as_deref(), Some("{}"));
         let bytes = encode_probes(&probes(), None).unwrap();
         assert_eq!(decode_probes(&bytes).unwrap(), probes());
@@ -131,7 +131,7 @@ mod tests {
         for length in 0..whole.len() {
             assert!(decode_probes(&whole[..length]).is_err(), "cut at {length}");
         }
-        let places = encode_probe_places(&places(), None);
+        let places = encode_probe_places(&places(), "ab", None);
         for length in 0..places.len() {
             assert!(decode_probe_places(&places[..length]).is_err(), "cut at {length}");
         }
