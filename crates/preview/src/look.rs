@@ -193,8 +193,8 @@ impl Look {
         Self { holds_lamps, ..self }
     }
 
-    /// Returns the same look with SHRMs of this degree in the view, as an export has them. Maps of other forms
-    /// are made from the whole reflection.
+    /// Returns the same look with SHRMs of this degree in the view, as an export has them. Maps of other
+    /// forms are made from the whole reflection.
     #[must_use]
     pub fn with_degree_in_view(self, degree_in_view: Option<Degree>) -> Self {
         Self { degree_in_view, ..self }
