@@ -59,6 +59,8 @@ pub struct Look {
     sizes: MapSizes,
     /// Whether the SHRMs hold the lamps.
     holds_lamps: bool,
+    /// The degree in the view that the SHRMs have, if it is not that of the reflection.
+    degree_in_view: Option<Degree>,
     soft: OnceLock<Result<Shrm, RenderError>>,
     local: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
@@ -131,6 +133,7 @@ impl Look {
             shows_light: false,
             sizes,
             holds_lamps: false,
+            degree_in_view: None,
             soft: OnceLock::new(),
             local: OnceLock::new(),
             global: OnceLock::new(),
@@ -188,6 +191,13 @@ impl Look {
     #[must_use]
     pub fn with_lamps_in_maps(self, holds_lamps: bool) -> Self {
         Self { holds_lamps, ..self }
+    }
+
+    /// Returns the same look with SHRMs of this degree in the view, as an export has them. Maps of other
+    /// forms are made from the whole reflection.
+    #[must_use]
+    pub fn with_degree_in_view(self, degree_in_view: Option<Degree>) -> Self {
+        Self { degree_in_view, ..self }
     }
 
     /// The light.
@@ -352,14 +362,20 @@ impl Look {
     /// # Errors
     /// If the map would be too large, and [`RenderError::Missing`] if the look has no maps.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
-        if !self.bakes() {
+        if !self.bakes() && self.degree_in_view.is_none() {
             return self.soft();
         }
         let made = self.local.get_or_init(|| {
             let Some(reflection) = self.reflection() else { return self.map(View::Local) };
-            let p = reflection.brdf().p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
-            within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
-            let made = reflection.bake(MapGrid::Cube(self.cube()), View::Local, p, Stop::NEVER);
+            let most = || reflection.brdf().p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
+            let p = self.degree_in_view.unwrap_or_else(most);
+            let grid = MapGrid::Cube(self.cube());
+            let made = if self.bakes() {
+                within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
+                reflection.bake(grid, View::Local, p, Stop::NEVER)
+            } else {
+                reflection.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER)
+            };
             made.map_err(|error| RenderError::maps(error.to_string()))
         });
         made.as_ref().map_err(Clone::clone)

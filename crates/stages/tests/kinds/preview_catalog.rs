@@ -240,7 +240,7 @@ fn without_a_reflection_of_an_environment_there_is_nothing_to_show() {
 #[test]
 fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_change() {
     let export = "[stage.map]\nkind = \"export-shrm\"\ninput = \"reflection\"\nresolution = 8\n";
-    let (folder, plan) = project(&format!("{REFLECTION}{export}"));
+    let (folder, plan) = project(&format!("{REFLECTION}{export}accept = [90, 99]\n"));
     let catalog = PreviewCatalog::of(plan.clone());
     let mut scenes = SceneCache::default();
     let entry = |material: &str| catalog.entry("east", material).unwrap().unwrap().clone();
@@ -254,6 +254,10 @@ fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_
     assert_eq!((look.cube().edge, look.centre()), (8, brdf::Centre::Reflection));
     assert_eq!(look.light().lighting().degree().get(), 2);
     assert!(look.material().is_some());
+    let file = (0..2).find_map(|file| results.file_digest(entry("gold").exports[0], file)).unwrap();
+    let file = containers::tensors::decode_shrm(&results.read_file(file).unwrap()).unwrap();
+    let p = |look: &Look| look.local().unwrap().p().get();
+    assert_eq!((file.p().get(), p(look), look.reflection().unwrap().brdf().p().get()), (0, 0, 1));
     let facts = catalog.facts(&results, &entry("gold"));
     assert_eq!(facts.exports.len(), 1);
     assert!(facts.exports[0].name == "export-shrm, safetensors" && facts.exports[0].bytes > 8 * 8 * 6 * 12);

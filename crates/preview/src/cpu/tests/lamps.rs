@@ -120,6 +120,29 @@ fn lamps_turn_with_the_light() {
 }
 
 #[test]
+fn a_degree_in_the_view_cuts_the_shrms_and_no_other_map() {
+    let (light, lighting) = sunny();
+    let sunny = sunny_look(&light, &lighting, &gold());
+    let [whole, other, baked] = [0; 3].map(|_| Arc::into_inner(small(&sunny)).unwrap());
+    let p = Degree::ZERO;
+    let cut = other.with_degree_in_view(Some(p));
+    let grid = MapGrid::Cube(cut.cube());
+    let reflection = cut.reflection().unwrap();
+    let expected = reflection.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER).unwrap();
+    assert!(whole.local().unwrap().p() > p);
+    assert_eq!(cut.local().unwrap(), &expected);
+    assert_eq!(cut.global().unwrap(), &expected.to_global());
+    let baked = baked.with_lamps_in_maps(true).with_degree_in_view(Some(p));
+    let expected = baked.reflection().unwrap().bake(grid, View::Local, p, Stop::NEVER).unwrap();
+    assert_eq!(baked.local().unwrap(), &expected);
+    for other in [&cut, &baked] {
+        assert_eq!(other.cabral().unwrap(), whole.cabral().unwrap());
+        assert_eq!(other.kautz_mccool().unwrap(), whole.kautz_mccool().unwrap());
+        assert_eq!(other.prefiltered().unwrap(), whole.prefiltered().unwrap());
+    }
+}
+
+#[test]
 fn the_other_maps_hold_the_lamps_as_their_exports_do() {
     let (light, lighting) = sunny();
     for material in [gold(), lambert(0.8)] {

@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use brdf::{BrdfTable, Material};
-use engine::{Artifact, Digest, Failure, ItemIndex, Plan, ResultsSnapshot};
+use engine::{Artifact, Digest, ExportedFiles, Failure, ItemIndex, Plan, Reporter, ResultsSnapshot};
 use mesh::{MaterialRange, Mesh};
 use preview::{CompactMap, Light, Look, MapSizes, Scene, ScenePart};
 use sh::{Degree, Expansion, Lighting, unstopped};
+use shrm::Reflection;
 use taps::ScaleSpace;
 use transfer::{Frames, Transfer};
 
@@ -17,6 +18,7 @@ use super::light_files::{LightFiles, LitBy, lit_by};
 use super::mesh_part::MeshPart;
 use super::recent::Recent;
 use super::{CatalogEntry, CompactMapItems, MeshSource, PreviewCatalog, artifact};
+use crate::map::ShrmSettings;
 use crate::values::artifacts;
 
 /// The number of looks that are kept, with their maps.
@@ -60,14 +62,15 @@ enum MeshKey {
 /// The inputs that a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
 /// The inputs that a look is made from: light, reflection, material, table and light field, scale space and
-/// taps, sizes, and whether its maps hold the lamps and it has the material's texture.
+/// taps, sizes, whether its maps hold the lamps and it has the material's texture, and the parameters of the
+/// stage that exports its SHRM.
 type LookKey = (
     LightKey,
     Option<Digest>,
     Option<Digest>,
     [Option<Digest>; 2],
     Option<[Digest; 2]>,
-    (MapSizes, [bool; 2]),
+    (MapSizes, [bool; 2], Option<Digest>),
 );
 
 /// What the parts of a mesh are made from: the mesh, its transfer, its blend, and the part of each of its
@@ -315,7 +318,9 @@ impl SceneCache {
         let is_made = entry.reflection.is_some_and(|item| is_current(plan, results, entry, item));
         let reflection = entry.reflection.and_then(|item| results.get(item));
         let reflection_digest = reflection.as_ref().map(|reflection| reflection.digest());
-        let kept = (entry.sizes, [entry.holds_lamps, has_texture]);
+        let shrm = exported_shrm(plan, entry);
+        let of_shrm = shrm.as_ref().map(|files| Digest::of(files.parameters.to_string().as_bytes()));
+        let kept = (entry.sizes, [entry.holds_lamps, has_texture], of_shrm);
         let is_same =
             |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == kept;
         if !is_made
@@ -365,7 +370,9 @@ impl SceneCache {
                 Look::from_map(light, map, material, entry.sizes)
             } else {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
-                Look::new(light, reflection, material, entry.sizes).with_lamps_in_maps(entry.holds_lamps)
+                let degree = shrm.and_then(|files| degree_in_view(&files, &reflection, entry.sizes.edge));
+                let look = Look::new(light, reflection, material, entry.sizes);
+                look.with_lamps_in_maps(entry.holds_lamps).with_degree_in_view(degree)
             };
             let look = look.with_base_color(texture.flatten()).with_compact_map(compact_map);
             Ok(look.with_table(table).with_light_field(read_field()?))
@@ -473,6 +480,25 @@ impl SceneCache {
             }
         }
     }
+}
+
+/// How the pipeline exports the SHRM of an entry: the first stage that does.
+fn exported_shrm(plan: &Plan, entry: &CatalogEntry) -> Option<ExportedFiles> {
+    let stages = entry.exports.iter().map(|item| &plan.stages[plan.items[*item].stage]);
+    let mut files = stages.map(|stage| ExportedFiles {
+        kind: stage.kind.name().to_owned(),
+        parameters: stage.configured.canonical(),
+        bytes: Vec::new(),
+    });
+    files.find(|files| matches!(ShrmSettings::of_files(files), Ok(Some(_))))
+}
+
+/// The degree P that an exported SHRM has, on a cube of this edge; of two maps, one of each part of a
+/// material, the higher.
+fn degree_in_view(files: &ExportedFiles, reflection: &Reflection, edge: usize) -> Option<Degree> {
+    let settings = ShrmSettings::of_files(files).ok()??.with_cube(edge);
+    let maps = settings.maps(reflection, &Reporter::default()).ok()?;
+    maps.iter().map(|map| map.shape.p).max()
 }
 
 /// The failure of a light that no picture can show.
