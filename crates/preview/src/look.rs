@@ -59,8 +59,9 @@ pub struct Look {
     sizes: MapSizes,
     /// Whether the SHRMs hold the lamps.
     holds_lamps: bool,
-    /// The degree in the view that the SHRMs have, if it is not that of the reflection.
-    degree_in_view: Option<Degree>,
+    /// The degree in the view that the SHRMs have, and that of the field that lamps are fitted with, if they
+    /// are not those of the reflection.
+    degrees_in_view: Option<[Degree; 2]>,
     soft: OnceLock<Result<Shrm, RenderError>>,
     local: OnceLock<Result<Shrm, RenderError>>,
     global: OnceLock<Result<Shrm, RenderError>>,
@@ -133,7 +134,7 @@ impl Look {
             shows_light: false,
             sizes,
             holds_lamps: false,
-            degree_in_view: None,
+            degrees_in_view: None,
             soft: OnceLock::new(),
             local: OnceLock::new(),
             global: OnceLock::new(),
@@ -193,11 +194,12 @@ impl Look {
         Self { holds_lamps, ..self }
     }
 
-    /// Returns the same look with SHRMs of this degree in the view, as an export has them. Maps of other
-    /// forms are made from the whole reflection.
+    /// Returns the same look with SHRMs of this degree in the view, as an export has them, fitted to the field
+    /// up to the second degree if the lamps are in them. Maps of other forms are made from the whole
+    /// reflection.
     #[must_use]
-    pub fn with_degree_in_view(self, degree_in_view: Option<Degree>) -> Self {
-        Self { degree_in_view, ..self }
+    pub fn with_degrees_in_view(self, degrees_in_view: Option<[Degree; 2]>) -> Self {
+        Self { degrees_in_view, ..self }
     }
 
     /// The light.
@@ -362,17 +364,17 @@ impl Look {
     /// # Errors
     /// If the map would be too large, and [`RenderError::Missing`] if the look has no maps.
     pub fn local(&self) -> Result<&Shrm, RenderError> {
-        if !self.bakes() && self.degree_in_view.is_none() {
+        if !self.bakes() && self.degrees_in_view.is_none() {
             return self.soft();
         }
         let made = self.local.get_or_init(|| {
             let Some(reflection) = self.reflection() else { return self.map(View::Local) };
             let most = || reflection.brdf().p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
-            let p = self.degree_in_view.unwrap_or_else(most);
+            let [p, field] = self.degrees_in_view.unwrap_or_else(|| [most(), Degree::MAX]);
             let grid = MapGrid::Cube(self.cube());
             let made = if self.bakes() {
                 within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
-                reflection.bake(grid, View::Local, p, Stop::NEVER)
+                reflection.bake(grid, View::Local, [p, field], Stop::NEVER)
             } else {
                 reflection.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER)
             };

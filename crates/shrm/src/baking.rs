@@ -70,16 +70,23 @@ impl Reflection {
     }
 
     /// The spherical harmonic reflection map on a grid, with the lamps in it; without lamps it is
-    /// [`Reflection::synthesise`]'s. With lamps its degree in the view is `p`, which may be less than that of
-    /// the field, if the material depends on the view.
+    /// [`Reflection::synthesise`]'s. With lamps its degree in the view is `p`, if the material depends on the
+    /// view, and it is fitted to the field up to its degree `field` in the view.
     ///
     /// `stop` is asked between blocks of texels.
     ///
     /// # Errors
     /// The errors of [`Reflection::synthesise`].
-    pub fn bake(&self, grid: MapGrid, view: View, p: Degree, stop: Stop<'_>) -> Result<Shrm, SynthesisError> {
+    pub fn bake(
+        &self,
+        grid: MapGrid,
+        view: View,
+        [p, field]: [Degree; 2],
+        stop: Stop<'_>,
+    ) -> Result<Shrm, SynthesisError> {
         let texels: Vec<usize> = (0..grid.len()).collect();
-        let soft = self.synthesise(grid, View::Local, stop)?;
+        let field = if self.lamps().is_some() { &self.cut_in_view(field) } else { self };
+        let soft = field.synthesise(grid, View::Local, stop)?;
         let local = self.bake_texels(&soft, p, &texels, &mut LampTables::default(), stop)?;
         Ok(if view == View::Global { local.to_global() } else { local })
     }
@@ -312,7 +319,7 @@ mod tests {
         for material in materials() {
             let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
             let (reflection, _) = Reflection::for_light(&lighting, &brdf, &material, Stop::NEVER).unwrap();
-            let map = reflection.bake(grid, View::Local, most_p(), Stop::NEVER).unwrap();
+            let map = reflection.bake(grid, View::Local, [most_p(), Degree::MAX], Stop::NEVER).unwrap();
             assert!(map.p().get() <= MOST_P);
             let errors = stops(&reflection, &map, reflection.dark());
             let at = |share: f64| errors[(share * errors.len() as f64) as usize];
@@ -336,7 +343,7 @@ mod tests {
         let (reflection, _) = Reflection::for_light(&lighting(), &brdf, material, Stop::NEVER).unwrap();
         let grid = MapGrid::Cube(Cube { edge: 2 });
         let [local, global] = [View::Local, View::Global]
-            .map(|view| reflection.bake(grid, view, most_p(), Stop::NEVER).unwrap());
+            .map(|view| reflection.bake(grid, view, [most_p(), Degree::MAX], Stop::NEVER).unwrap());
         for texel in 0..grid.len() {
             let view = Direction::from_angles(0.3 * texel as f64 % 3.0, texel as f64);
             let [a, b] = [&local, &global].map(|map| map.lookup().texel(texel, view));
@@ -354,7 +361,7 @@ mod tests {
             reflection.bake_texels(&soft, most_p(), &[3, 17], &mut LampTables::default(), stop),
             Err(Stopped.into())
         );
-        assert_eq!(reflection.bake(grid, View::Local, most_p(), stop), Err(Stopped.into()));
+        assert_eq!(reflection.bake(grid, View::Local, [most_p(), Degree::MAX], stop), Err(Stopped.into()));
     }
 
     /// Five lamps of different sizes over the soft sky.
@@ -466,7 +473,7 @@ mod tests {
         let [few, cut] = [true, false].map(|fitted| {
             let p = Degree::new(2).unwrap();
             let map = if fitted {
-                reflection.bake(grid, View::Local, p, Stop::NEVER).unwrap()
+                reflection.bake(grid, View::Local, [p, Degree::MAX], Stop::NEVER).unwrap()
             } else {
                 let cut = Reflection::convolve(&lighting.series, &brdf.cut_to(brdf.f(), p));
                 cut.synthesise(grid, View::Local, Stop::NEVER).unwrap()

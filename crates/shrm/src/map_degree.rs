@@ -362,7 +362,7 @@ mod tests {
             }
             let grid = MapGrid::Cube(Cube { edge: 7 });
             let map = if lamps {
-                field.bake(grid, View::Local, chosen.p, Stop::NEVER).unwrap()
+                field.bake(grid, View::Local, [chosen.p, chosen.field], Stop::NEVER).unwrap()
             } else {
                 field.cut_in_view(chosen.p).synthesise(grid, View::Local, Stop::NEVER).unwrap()
             };

@@ -125,15 +125,16 @@ fn a_degree_in_the_view_cuts_the_shrms_and_no_other_map() {
     let sunny = sunny_look(&light, &lighting, &gold());
     let [whole, other, baked] = [0; 3].map(|_| Arc::into_inner(small(&sunny)).unwrap());
     let p = Degree::ZERO;
-    let cut = other.with_degree_in_view(Some(p));
+    let degrees = [p, Degree::new(1).unwrap()];
+    let cut = other.with_degrees_in_view(Some(degrees));
     let grid = MapGrid::Cube(cut.cube());
     let reflection = cut.reflection().unwrap();
     let expected = reflection.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER).unwrap();
     assert!(whole.local().unwrap().p() > p);
     assert_eq!(cut.local().unwrap(), &expected);
     assert_eq!(cut.global().unwrap(), &expected.to_global());
-    let baked = baked.with_lamps_in_maps(true).with_degree_in_view(Some(p));
-    let expected = baked.reflection().unwrap().bake(grid, View::Local, p, Stop::NEVER).unwrap();
+    let baked = baked.with_lamps_in_maps(true).with_degrees_in_view(Some(degrees));
+    let expected = baked.reflection().unwrap().bake(grid, View::Local, degrees, Stop::NEVER).unwrap();
     assert_eq!(baked.local().unwrap(), &expected);
     for other in [&cut, &baked] {
         assert_eq!(other.cabral().unwrap(), whole.cabral().unwrap());
@@ -185,7 +186,8 @@ fn with_lamps_in_maps_a_picture_is_that_of_the_baked_map() {
     let reflection = look.reflection().unwrap().clone();
     let sizes = look.sizes();
     let p = sh::Degree::new(shrm::MOST_P).unwrap();
-    let map = reflection.bake(MapGrid::Cube(look.cube()), View::Local, p, Stop::NEVER).unwrap();
+    let map =
+        reflection.bake(MapGrid::Cube(look.cube()), View::Local, [p, Degree::MAX], Stop::NEVER).unwrap();
     let file = Look::from_map(Arc::clone(&light), map, None, sizes);
     let baked = Look::new(Arc::clone(&light), reflection, None, sizes).with_lamps_in_maps(true);
     let of = |look: Look| {

@@ -370,9 +370,9 @@ impl SceneCache {
                 Look::from_map(light, map, material, entry.sizes)
             } else {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
-                let degree = shrm.and_then(|files| degree_in_view(&files, &reflection, entry.sizes.edge));
+                let degrees = shrm.and_then(|files| degrees_in_view(&files, &reflection, entry.sizes.edge));
                 let look = Look::new(light, reflection, material, entry.sizes);
-                look.with_lamps_in_maps(entry.holds_lamps).with_degree_in_view(degree)
+                look.with_lamps_in_maps(entry.holds_lamps).with_degrees_in_view(degrees)
             };
             let look = look.with_base_color(texture.flatten()).with_compact_map(compact_map);
             Ok(look.with_table(table).with_light_field(read_field()?))
@@ -493,12 +493,12 @@ fn exported_shrm(plan: &Plan, entry: &CatalogEntry) -> Option<ExportedFiles> {
     files.find(|files| matches!(ShrmSettings::of_files(files), Ok(Some(_))))
 }
 
-/// The degree P that an exported SHRM has, on a cube of this edge; of two maps, one of each part of a
-/// material, the higher.
-fn degree_in_view(files: &ExportedFiles, reflection: &Reflection, edge: usize) -> Option<Degree> {
+/// The degree P that an exported SHRM has, on a cube of this edge, and that of the field that lamps are fitted
+/// with; of two maps, one of each part of a material, those of the higher P.
+fn degrees_in_view(files: &ExportedFiles, reflection: &Reflection, edge: usize) -> Option<[Degree; 2]> {
     let settings = ShrmSettings::of_files(files).ok()??.with_cube(edge);
     let maps = settings.maps(reflection, &Reporter::default()).ok()?;
-    maps.iter().map(|map| map.shape.p).max()
+    maps.iter().map(|map| [map.shape.p, map.shape.field]).max()
 }
 
 /// The failure of a light that no picture can show.
