@@ -194,8 +194,8 @@ impl Look {
         Self { holds_lamps, ..self }
     }
 
-    /// Returns the same look with SHRMs of this degree in the view, as an export has them, fitted to the field
-    /// up to the second degree if the lamps are in them. Maps of other forms are made from the whole
+    /// Returns the same look with SHRMs of the first degree in the view, as an export has them, fitted to the
+    /// field up to the second if the lamps are in them. Maps of other forms are made from the whole
     /// reflection.
     #[must_use]
     pub fn with_degrees_in_view(self, degrees_in_view: Option<[Degree; 2]>) -> Self {

@@ -144,8 +144,8 @@ impl Reflection {
         Ok(measured)
     }
 
-    /// The least degree P of the field, that of the map or more, whose cut has no more than [`FIELD_SHARE`] of
-    /// the errors of a fit.
+    /// The least degree P of the field, that of the map or more, whose cut has no more than [`FIELD_SHARE`]
+    /// of the errors of a fit.
     fn fitted_field(&self, fit: &MapDegree, samples: &[Sample]) -> Degree {
         let (own, dark) = (self.brdf().p(), BLACK_SHARE * self.light_mean());
         let is_enough = |p: &usize| {

@@ -493,8 +493,8 @@ fn exported_shrm(plan: &Plan, entry: &CatalogEntry) -> Option<ExportedFiles> {
     files.find(|files| matches!(ShrmSettings::of_files(files), Ok(Some(_))))
 }
 
-/// The degree P that an exported SHRM has, on a cube of this edge, and that of the field that lamps are fitted
-/// with; of two maps, one of each part of a material, those of the higher P.
+/// The degree P that an exported SHRM has, on a cube of this edge, and that of the field that lamps are
+/// fitted with; of two maps, one of each part of a material, those of the higher P.
 fn degrees_in_view(files: &ExportedFiles, reflection: &Reflection, edge: usize) -> Option<[Degree; 2]> {
     let settings = ShrmSettings::of_files(files).ok()??.with_cube(edge);
     let maps = settings.maps(reflection, &Reporter::default()).ok()?;

@@ -29,8 +29,8 @@ pub(crate) struct ShrmMaps<'a> {
 
 struct MadeMap<'a> {
     plan: PlannedMap<'a>,
-    /// The map, unless its field has lamps that it is to hold: then the map of the field without these, of the
-    /// degree P that they are fitted with.
+    /// The map, unless its field has lamps that it is to hold: then the map of the field without these, of
+    /// the degree P that they are fitted with.
     map: Cow<'a, Shrm>,
     is_fitted: bool,
 }
