@@ -99,22 +99,18 @@ pub fn write_exr_layers(
     metadata: &[(&str, &str)],
     stop: Stop<'_>,
 ) -> Result<Encoded, Error> {
-    let views: Vec<(&str, &[[f32; 3]])> =
-        layers.iter().map(|(name, pixels)| (name.as_str(), pixels.as_slice())).collect();
-    let values = views.iter().map(|(name, pixels)| (*name, Values::All(pixels.as_flattened())));
-    let layers: Vec<_> = values.map(|(name, values)| Layer { name, letters: "RGB", values }).collect();
-    check_layers(width, height, &views)
-        .and_then(|()| write(width, height, &layers, precision, recipe, metadata, stop))
+    let values = layers.iter().map(|(name, pixels)| (name, Values::All(pixels.as_flattened())));
+    let named: Vec<_> = values.map(|(name, values)| Layer { name, letters: "RGB", values }).collect();
+    check_layers(width, height, layers)
+        .and_then(|()| write(width, height, &named, precision, recipe, metadata, stop))
         .map_err(|error| error.within(CODEC.name))
 }
 
-/// A name, and the pixels row by row.
-type NamedLayer<'a> = (&'a str, &'a [[f32; 3]]);
-
 /// The numbers of all channels of a layer, pixel by pixel.
 enum Values<'a> {
+    /// The numbers themselves.
     All(&'a [f32]),
-    /// Those of a picture, which may have to be decoded.
+    /// The numbers of a picture, which may have to be decoded.
     Image(&'a Image),
 }
 
@@ -170,7 +166,7 @@ fn check_count(width: usize, height: usize, found: usize) -> Result<(), Error> {
     Ok(())
 }
 
-fn check_layers(width: usize, height: usize, layers: &[NamedLayer<'_>]) -> Result<(), Error> {
+fn check_layers(width: usize, height: usize, layers: &[(String, Vec<[f32; 3]>)]) -> Result<(), Error> {
     let unwritable = |message| Err(Error::new(ErrorKind::Unwritable, message));
     let pixels = limits::pixels(width, height)
         .map_err(|error| Error::new(ErrorKind::Unwritable, error.to_string()))?;
@@ -185,7 +181,7 @@ fn check_layers(width: usize, height: usize, layers: &[NamedLayer<'_>]) -> Resul
                 values.len()
             ));
         }
-        if !names.insert(*name) {
+        if !names.insert(name) {
             return unwritable(format!("two layers are named `{name}`"));
         }
         if name.chars().any(char::is_control) {
