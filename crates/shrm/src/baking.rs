@@ -131,7 +131,8 @@ impl TexelFit<'_> {
         }
         let level = SimdLevel::detect();
         let mut fitted = vec![[0.0_f32; 3]; texels.len() * rows];
-        let blocks = fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE));
+        let blocks =
+            fitted.par_chunks_mut(BAKED_AT_ONCE * rows).zip(texels.par_chunks(BAKED_AT_ONCE)).with_max_len(8);
         blocks.try_for_each(|(values, texels)| {
             stop.check()?;
             let lit = self.light(texels, level);

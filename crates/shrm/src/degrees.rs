@@ -220,13 +220,13 @@ impl ForLight<Reflection> {
 }
 
 impl TurnedLight {
-    /// The turned light that serves coefficients of a material in the choice of their degrees. `stop` is
-    /// asked [`STEPS`] times, every few milliseconds on every thread.
+    /// The turned light for the choice of degrees, of some F and P ([`TurnedLight::needed`] or more). `stop`
+    /// is asked [`STEPS`] times, every few milliseconds on every thread.
     ///
     /// # Errors
     /// If it was stopped.
-    pub fn serving(series: &Expansion, brdf: &BrdfCoefficients, stop: Stop<'_>) -> Result<Self, Stopped> {
-        Self::new(series, Self::degrees(series, brdf), SAMPLES[0], stop)
+    pub fn for_choice(series: &Expansion, degrees: [Degree; 2], stop: Stop<'_>) -> Result<Self, Stopped> {
+        Self::new(series, degrees, SAMPLES[0], stop)
     }
 }
 
@@ -244,7 +244,9 @@ impl Reflection {
         material: &brdf::Material,
         stop: Stop<'_>,
     ) -> Result<(Self, Cut), Stopped> {
-        let turn = |series: &Expansion, brdf: &_| TurnedLight::serving(series, brdf, stop).map(Arc::new);
+        let turn = |series: &Expansion, brdf: &_| {
+            TurnedLight::for_choice(series, TurnedLight::needed(series, brdf), stop).map(Arc::new)
+        };
         let found = Self::for_light_by(None, (lighting, &turn), brdf, material, stop)?;
         Ok((found.reflection, found.cut))
     }
@@ -281,7 +283,9 @@ impl Reflection {
         parts: [(&BrdfCoefficients, &brdf::Material); 2],
         stop: Stop<'_>,
     ) -> Result<([Self; 2], Cut), Stopped> {
-        let turn = |series: &Expansion, brdf: &_| TurnedLight::serving(series, brdf, stop).map(Arc::new);
+        let turn = |series: &Expansion, brdf: &_| {
+            TurnedLight::for_choice(series, TurnedLight::needed(series, brdf), stop).map(Arc::new)
+        };
         let found = Self::parts_for_light_by(None, (lighting, &turn), parts, stop)?;
         Ok((found.reflection, found.cut))
     }
@@ -335,7 +339,7 @@ pub(crate) fn samples_for_light(
     let (lamps, dark) = (lamps_of(lighting, material), BLACK_SHARE * lighting.mean());
     let beside = Beside { lamps: Some(&lamps), of_diffuse: None, diffuse: None };
     let series = &lighting.series;
-    let turned = TurnedLight::new(series, TurnedLight::degrees(series, brdf), centrals, stop)?;
+    let turned = TurnedLight::new(series, TurnedLight::needed(series, brdf), centrals, stop)?;
     let trial = Trial::new(series, brdf, centrals, None);
     let samples = trial.all_samples(&turned, brdf, beside, stop)?;
     let cut = least(&trial, &samples, CutAllowance { share: 1.0, dark, rule: None });
@@ -383,7 +387,8 @@ mod tests {
         let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
         let beside = Beside { lamps: None, of_diffuse: None, diffuse: None };
         let allowance = CutAllowance { share: 1.0, dark: BLACK_SHARE, rule: None };
-        let turned = TurnedLight::serving(lighting, &brdf, Stop::NEVER).unwrap();
+        let needed = TurnedLight::needed(lighting, &brdf);
+        let turned = TurnedLight::for_choice(lighting, needed, Stop::NEVER).unwrap();
         choose(lighting, &turned, &brdf, beside, allowance, Stop::NEVER).unwrap().0
     }
 
@@ -464,7 +469,7 @@ mod tests {
                 assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{found} {expected}");
             }
         };
-        let degrees = TurnedLight::degrees(&lighting.series, &full);
+        let degrees = TurnedLight::needed(&lighting.series, &full);
         let [wide, narrow] = [degrees, [Degree::new(64).unwrap(), degrees[1]]].map(|degrees| {
             Arc::new(TurnedLight::new(&lighting.series, degrees, SAMPLES[0], Stop::NEVER).unwrap())
         });

@@ -267,7 +267,7 @@ impl Reflection {
             let samples = (0..SAMPLES[1]).map(sample).collect();
             Ok((rows, samples))
         };
-        (0..count).into_par_iter().map(at).collect()
+        (0..count).into_par_iter().with_max_len(2).map(at).collect()
     }
 }
 

@@ -97,7 +97,7 @@ impl MeanLobe {
             }
             sum
         };
-        let values = nodes.angles.par_iter().map(value).collect();
+        let values = nodes.angles.par_iter().with_max_len(4).map(value).collect();
         Self { of_point: Zonal { nodes, values } }
     }
 

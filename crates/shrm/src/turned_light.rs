@@ -11,7 +11,8 @@ use sphere::spiral;
 
 use crate::frame;
 
-/// F is rounded up to a multiple of this, so that one light serves materials whose degrees differ a little.
+/// F is rounded up to a multiple of this, so that a material whose degree is a little higher needs no other
+/// light.
 const STEP: usize = 32;
 
 /// Views of a central direction that are summed at once.
@@ -24,6 +25,8 @@ pub(crate) type OfViews = [F64x4; VIEWS / LANES];
 /// reflects.
 #[derive(Debug)]
 pub struct TurnedLight {
+    /// F and P.
+    degrees: [Degree; 2],
     centrals: Vec<LightOrders>,
 }
 
@@ -37,11 +40,17 @@ pub(crate) struct LightOrders {
 }
 
 impl TurnedLight {
-    /// The degrees F and P of the turned light that serves these coefficients of a material: the same for
-    /// coefficients whose F differs little.
-    pub fn degrees(series: &Expansion, brdf: &BrdfCoefficients) -> [Degree; 2] {
+    /// The degrees F and P that the turned light has to have for these coefficients of a material: the same
+    /// for coefficients whose F differs little.
+    pub fn needed(series: &Expansion, brdf: &BrdfCoefficients) -> [Degree; 2] {
         let f = brdf.f().get().next_multiple_of(STEP);
         [series.degree().min(Degree::new(f).unwrap_or(Degree::MAX)), brdf.p()]
+    }
+
+    /// The degrees F and P that it has. The coefficients of each degree are the same, to the bit, in a light
+    /// that has more of them.
+    pub fn degrees(&self) -> [Degree; 2] {
+        self.degrees
     }
 
     /// The light at so many central directions. `stop` is asked for each, every few milliseconds on every
@@ -61,8 +70,9 @@ impl TurnedLight {
             let frame = frame(spiral(index, centrals)).inverse();
             Ok(LightOrders::of(&rotate_orders(&series, frame, p.get()), p.get()))
         };
-        let centrals: Result<_, Stopped> = (0..centrals).into_par_iter().map(turned).collect();
-        Ok(Self { centrals: centrals? })
+        let centrals: Result<_, Stopped> =
+            (0..centrals).into_par_iter().with_max_len(2).map(turned).collect();
+        Ok(Self { degrees: [f, p], centrals: centrals? })
     }
 
     /// The bytes that it takes.
@@ -184,4 +194,31 @@ fn stored<S: Simd>(simd: S, sums: &[[S::f64s; VIEWS / LANES]; 3]) -> [OfViews; 3
         }
     }
     values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A light that is kept grows with what materials need of it: outputs may not depend on what was built
+    /// before.
+    #[test]
+    fn a_light_of_higher_degrees_has_the_same_bits_at_the_lower_ones() {
+        let degree = |l: usize| Degree::new(l).unwrap();
+        let rows = (0..degree(90).rows()).map(|row| [1.0, 0.3, -0.7].map(|a| a / (1.0 + (row % 37) as f64)));
+        let series = Expansion::from_coefficients(degree(90), rows.collect()).unwrap();
+        let light = |f, p| TurnedLight::new(&series, [degree(f), degree(p)], 5, Stop::NEVER).unwrap();
+        let (low, high) = (light(32, 9), light(90, 24));
+        assert_eq!((low.degrees(), high.degrees()), ([degree(32), degree(9)], [degree(90), degree(24)]));
+        for (low, high) in low.centrals.iter().zip(&high.centrals) {
+            for l in 0..=32 {
+                for m in 0..=l.min(9) {
+                    let at = |orders: &LightOrders| {
+                        orders.parts.each_ref().map(|part| part[orders.start(l) + m].map(f64::to_bits))
+                    };
+                    assert_eq!(at(low), at(high), "{l} {m}");
+                }
+            }
+        }
+    }
 }

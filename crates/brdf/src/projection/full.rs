@@ -82,7 +82,7 @@ pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usiz
         Ok(views.slice(source, *theta)?)
     };
     let slices: Vec<IncidentSlice> =
-        incident.par_iter().map(slice).collect::<Result<_, ProjectionError>>()?;
+        incident.par_iter().with_max_len(4).map(slice).collect::<Result<_, ProjectionError>>()?;
     let total = incident
         .iter()
         .zip(&slices)
@@ -93,8 +93,9 @@ pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usiz
     let mut rho = vec![[0.0; 3]; (grid.f + 1) * side * side];
     let legendre = Legendre::new(grid.f, grid.p);
     let level = SimdLevel::detect();
-    let columns: Vec<Vec<F64x4>> = (0..=grid.p.min(grid.f))
+    let columns: Vec<Vec<F64x4>> = (0..grid.p.min(grid.f) + 1)
         .into_par_iter()
+        .with_max_len(1)
         .map(|q| {
             level.run(IncidentMoments { incident: &incident, slices: &slices, legendre: &legendre, q, grid })
         })

@@ -33,11 +33,38 @@ impl DerivedValues<'_> {
     ) -> Result<Arc<T>, E> {
         let numbers = numbers.iter().flat_map(|number| number.to_le_bytes());
         let key = Digest::of(&artifact.0.into_iter().chain(numbers).collect::<Vec<_>>());
+        self.kept_if(function, key, |_| true, |_: Option<&T>| make())
+    }
+
+    /// A value of an artifact that is enough for its caller: the one in memory, if it `is_enough`, otherwise
+    /// what `make` computes, which takes its place. `make` is given the value that was not enough, so that the
+    /// new one can serve the earlier callers too.
+    ///
+    /// # Errors
+    /// The errors of `make`; the value in memory is left then.
+    pub fn get_enough<T: Any + Send + Sync, E>(
+        &self,
+        function: &'static str,
+        artifact: Digest,
+        is_enough: impl FnOnce(&T) -> bool,
+        make: impl FnOnce(Option<&T>) -> Result<(T, usize), E>,
+    ) -> Result<Arc<T>, E> {
+        self.kept_if(function, artifact, is_enough, make)
+    }
+
+    fn kept_if<T: Any + Send + Sync, E>(
+        &self,
+        function: &'static str,
+        key: Digest,
+        is_enough: impl FnOnce(&T) -> bool,
+        make: impl FnOnce(Option<&T>) -> Result<(T, usize), E>,
+    ) -> Result<Arc<T>, E> {
         let kept = self.memory.and_then(|memory| memory.get(function, key));
-        if let Some(value) = kept.and_then(|value| value.downcast::<T>().ok()) {
-            return Ok(value);
+        let kept = kept.and_then(|value| value.downcast::<T>().ok());
+        if let Some(value) = kept.as_ref().filter(|value| is_enough(value)) {
+            return Ok(Arc::clone(value));
         }
-        let (value, bytes) = make()?;
+        let (value, bytes) = make(kept.as_deref())?;
         let value = Arc::new(value);
         if let Some(memory) = self.memory {
             memory.put(function, key, bytes as u64, Arc::clone(&value) as Arc<dyn Any + Send + Sync>);
@@ -71,6 +98,22 @@ mod tests {
             assert_eq!(*value, u64::from(artifact) + number);
         }
         assert_eq!(made, [(true, 1, 7), (true, 2, 7), (true, 1, 8), (false, 1, 7)]);
+    }
+
+    #[test]
+    fn a_value_that_is_not_enough_is_replaced_by_one_that_serves_both() {
+        let memory = Memory::new(100);
+        let values = DerivedValues { memory: Some(&memory) };
+        let mut made = Vec::new();
+        for needed in [3, 2, 7, 5, 3] {
+            let make = |kept: Option<&u64>| {
+                made.push((kept.copied(), needed));
+                Ok::<_, ()>((kept.copied().unwrap_or(0).max(needed), 10))
+            };
+            let is_enough = |kept: &u64| *kept >= needed;
+            assert!(*values.get_enough("up to", Digest([1; 32]), is_enough, make).unwrap() >= needed);
+        }
+        assert_eq!(made, [(None, 3), (Some(3), 7)]);
     }
 
     #[test]

@@ -122,7 +122,7 @@ impl LightTable {
             level.run(AddPoints { table: self, points: &points, slice: &mut slice });
             slice
         };
-        DiskTable::new(radius, self.angles.par_iter().map(slice).collect())
+        DiskTable::new(radius, self.angles.par_iter().with_max_len(4).map(slice).collect())
     }
 
     /// The azimuth of the table that is the same as another.
@@ -177,7 +177,7 @@ fn point_table(lamps: &Lamps, views: &ViewGrid, angles: &[f64], azimuths: usize)
         };
         seen.chunks_exact(views.rows.len()).flat_map(of_azimuth).collect()
     };
-    angles.par_iter().map(slice).collect()
+    angles.par_iter().with_max_len(4).map(slice).collect()
 }
 
 /// The radii that have a table, between the smallest and the largest of these.

@@ -103,7 +103,8 @@ impl Trial {
         let points = beside.lamps.map(Lamps::points);
         let lamps = beside.lamps.zip(points.as_deref());
         let sample = |index| stop.check().map(|()| self.samples(index, turned, brdf, (lamps, beside)));
-        let samples: Result<Vec<_>, Stopped> = (0..self.centrals).into_par_iter().map(sample).collect();
+        let samples: Result<Vec<_>, Stopped> =
+            (0..self.centrals).into_par_iter().with_max_len(2).map(sample).collect();
         Ok(samples?.into_iter().flatten().collect())
     }
 

@@ -172,9 +172,12 @@ impl Kind for Convolve {
                 let steps = Steps::new(reporter, 2 * searches * shrm::degrees::STEPS);
                 let light = context.inputs.digest("lighting")?;
                 let turned = |series: &Expansion, brdf: &BrdfCoefficients, stop: Stop<'_>| {
-                    let numbers = TurnedLight::degrees(series, brdf).map(|degree| degree.get() as u64);
-                    context.derived.get("turned light", light, &numbers, || {
-                        let turned = TurnedLight::serving(series, brdf, stop)?;
+                    // One for all materials: it grows to the highest degrees that any of them needed.
+                    let needed = TurnedLight::needed(series, brdf);
+                    let with = |kept: &TurnedLight| std::array::from_fn(|k| kept.degrees()[k].max(needed[k]));
+                    let is_enough = |kept: &TurnedLight| with(kept) == kept.degrees();
+                    context.derived.get_enough("turned light", light, is_enough, |kept| {
+                        let turned = TurnedLight::for_choice(series, kept.map_or(needed, with), stop)?;
                         let bytes = turned.bytes();
                         Ok((turned, bytes))
                     })
