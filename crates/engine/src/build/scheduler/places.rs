@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use super::tasks::{Task, Tasks};
+use super::tasks::{FirstTask, Length, Task, Tasks};
 use crate::build::outcome::Refusal;
 use crate::build::runner::{Candidate, Ended, Job, Request, Runner, Threads};
 use crate::build::up_to_date::UpToDateCheck;
@@ -23,6 +23,25 @@ pub(super) struct RunnerPlaces<'a> {
 struct RunnerPlace<'a> {
     runner: Box<dyn Runner<'a> + 'a>,
     tasks: Tasks,
+    in_work: Vec<TaskInWork>,
+}
+
+#[derive(Clone, Copy)]
+struct TaskInWork {
+    item: ItemIndex,
+    is_wanted: bool,
+    length: Length,
+}
+
+impl RunnerPlace<'_> {
+    /// Whether the most urgent task can start.
+    fn can_start(&self) -> bool {
+        let Some(FirstTask { is_wanted, length, .. }) = self.tasks.first() else { return false };
+        // The tasks of another machine share no threads with those of this one, and it orders its own.
+        let waits = |other: &TaskInWork| other.is_wanted == is_wanted && length.waits_for(other.length);
+        let is_held = self.runner.host().is_none() && self.in_work.iter().any(waits);
+        !is_held && self.runner.can_start(is_wanted)
+    }
 }
 
 /// A task that can start, and its place.
@@ -31,11 +50,16 @@ pub(super) struct Next {
     pub(super) task: Task,
     pub(super) place: usize,
     pub(super) is_wanted: bool,
+    length: Length,
 }
 
 impl<'a> RunnerPlaces<'a> {
     pub(super) fn new(runners: Vec<Box<dyn Runner<'a> + 'a>>) -> Self {
-        let places = runners.into_iter().map(|runner| RunnerPlace { runner, tasks: Tasks::default() });
+        let places = runners.into_iter().map(|runner| RunnerPlace {
+            runner,
+            tasks: Tasks::default(),
+            in_work: Vec::new(),
+        });
         let (sender, receiver) = channel();
         Self { places: places.collect(), busy: 0, sender, receiver }
     }
@@ -77,18 +101,19 @@ impl<'a> RunnerPlaces<'a> {
 
     /// Takes the most urgent task of the first place that can start one.
     pub(super) fn next(&mut self) -> Option<Next> {
-        self.places.iter_mut().enumerate().find_map(|(index, RunnerPlace { runner, tasks })| {
-            let can_start = runner.can_start(tasks.has_wanted());
-            let (task, is_wanted) = if can_start { tasks.pop() } else { None }?;
-            Some(Next { task, place: index, is_wanted })
+        self.places.iter_mut().enumerate().find_map(|(index, place)| {
+            let first = if place.can_start() { place.tasks.pop() } else { None };
+            first.map(|FirstTask { task, is_wanted, length }| Next { task, place: index, is_wanted, length })
         })
     }
 
     pub(super) fn start(&mut self, next: Next, request: Request, threads: &Threads<'_, 'a>) {
-        let Next { place, is_wanted, .. } = next;
+        let Next { place, is_wanted, length, .. } = next;
         self.busy += 1;
         let job = Job::new(request, is_wanted, place, self.sender.clone());
-        self.places[place].runner.start(job, threads);
+        let place = &mut self.places[place];
+        place.in_work.push(TaskInWork { item: job.item(), is_wanted, length });
+        place.runner.start(job, threads);
     }
 
     pub(super) fn are_idle(&self) -> bool {
@@ -98,7 +123,9 @@ impl<'a> RunnerPlaces<'a> {
     pub(super) fn wait(&mut self, most: Duration) -> Option<Ended> {
         let ended = self.receiver.recv_timeout(most).ok()?;
         self.busy -= 1;
-        self.places[ended.place].runner.ended(ended.worker);
+        let place = &mut self.places[ended.place];
+        place.in_work.retain(|task| task.item != ended.item);
+        place.runner.ended(ended.worker);
         Some(ended)
     }
 }

@@ -32,6 +32,11 @@ struct Urgency {
 /// Milliseconds that nobody notices: what takes less is not worth a place of its own in the order.
 const NOTICED: f64 = 32.0;
 
+/// Doublings of [`NOTICED`] below which a task is short: a longer one does not start beside it. Both would use
+/// all threads, so that neither ends sooner, and a thread that waits for parts of the short one could begin
+/// the longer one and end that first.
+const SHORT: u32 = 2;
+
 /// Milliseconds of an item of a slow kind that never ran.
 const SLOW: f64 = 1e4;
 
@@ -55,6 +60,25 @@ impl Urgency {
     }
 }
 
+/// The most urgent of some tasks.
+#[derive(Clone, Copy)]
+pub(super) struct FirstTask {
+    pub(super) task: Task,
+    pub(super) is_wanted: bool,
+    pub(super) length: Length,
+}
+
+/// How long a task takes, in doublings of [`NOTICED`].
+#[derive(Clone, Copy)]
+pub(super) struct Length(u32);
+
+impl Length {
+    /// Whether a task does not start while one of another length is in work.
+    pub(super) fn waits_for(self, other: Self) -> bool {
+        other.0 < SHORT.min(self.0)
+    }
+}
+
 #[derive(Default)]
 pub(super) struct Tasks(BinaryHeap<(Urgency, Reverse<ItemIndex>, Task)>);
 
@@ -72,13 +96,16 @@ impl Tasks {
         self.0 = std::mem::take(&mut self.0).into_iter().map(again).collect();
     }
 
-    /// Whether the most urgent task is wanted.
-    pub(super) fn has_wanted(&self) -> bool {
-        self.0.peek().is_some_and(|(urgency, ..)| urgency.is_wanted)
+    /// The most urgent task.
+    pub(super) fn first(&self) -> Option<FirstTask> {
+        let (urgency, _, task) = self.0.peek()?;
+        Some(FirstTask { task: *task, is_wanted: urgency.is_wanted, length: Length(urgency.long.0) })
     }
 
-    /// Takes the most urgent task, and whether it is wanted.
-    pub(super) fn pop(&mut self) -> Option<(Task, bool)> {
-        self.0.pop().map(|(urgency, _, task)| (task, urgency.is_wanted))
+    /// Takes the most urgent task.
+    pub(super) fn pop(&mut self) -> Option<FirstTask> {
+        let first = self.first();
+        self.0.pop();
+        first
     }
 }
