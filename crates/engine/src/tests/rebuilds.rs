@@ -504,3 +504,25 @@ fn a_slow_export_waits_for_the_fast_ones() {
     project.write("a.txt", "three");
     assert_eq!(order(&project.build()), ["published file/a.txt 6", "published report/a.txt 6"]);
 }
+
+/// With two threads both could be in work at once, as they are while nobody knows how long they take.
+#[test]
+fn a_slow_export_starts_when_the_fast_ones_are_published() {
+    let mut project =
+        Project::new(&format!("{MARKED}report = {{ kind = \"elaborate\", input = \"marked\" }}\n"));
+    project.kinds = project.kinds.with(Elaborate);
+    project.options.jobs = Some(2);
+    let starts_beside_another = |project: &Project| {
+        let events = Mutex::new(Vec::new());
+        let report = |event| events.lock().push(event);
+        crate::build::build(&project.plan(), &project.options, &project.cancel, &report).unwrap();
+        let events = events.into_inner();
+        let place = |is_it: &dyn Fn(&Event) -> bool| events.iter().position(is_it).unwrap();
+        let started = place(&|event| matches!(event, Event::Started { item, .. } if item.stage == "report"));
+        started < place(&|event| matches!(event, Event::Published { item, .. } if item.stage == "file"))
+    };
+    project.write("a.txt", "one");
+    assert!(starts_beside_another(&project));
+    project.write("a.txt", "three");
+    assert!(!starts_beside_another(&project));
+}
