@@ -249,27 +249,28 @@ impl TexelFormat {
                     let held = texel.map(|value| value.max(0.0).min(self.largest()));
                     around.word(around.nearer(held)).to_le_bytes()
                 };
-                return texels.par_iter().flat_map_iter(word).collect();
+                return texels.par_iter().map(word).collect::<Vec<_>>().into_flattened();
             }
             let upper = rounding::upper(width, height, texels, |texel| around(texel).values());
             let word = |(texel, upper): (&[f32; 3], [bool; 3])| around(texel).word(upper).to_le_bytes();
-            texels.par_iter().zip(upper).flat_map_iter(word).collect()
+            texels.par_iter().zip(upper).map(word).collect::<Vec<_>>().into_flattened()
         };
         let half = |value: f32| u32::from(to_half(value).to_bits());
         let bytes = match self {
             Self::Rgba16F => {
                 let texel =
                     |[r, g, b]: &[f32; 3]| [*r, *g, *b, 1.0].map(|value| to_half(value).to_le_bytes());
-                texels.par_iter().flat_map_iter(|rgb| texel(rgb).into_iter().flatten()).collect()
+                texels.par_iter().map(texel).collect::<Vec<_>>().into_flattened().into_flattened()
             }
             Self::Rgba32F => {
                 let texel = |[r, g, b]: &[f32; 3]| [*r, *g, *b, 1.0].map(f32::to_le_bytes);
-                texels.par_iter().flat_map_iter(|rgb| texel(rgb).into_iter().flatten()).collect()
+                texels.par_iter().map(texel).collect::<Vec<_>>().into_flattened().into_flattened()
             }
             Self::Rg16F => texels
                 .par_iter()
-                .flat_map_iter(|[r, g, _]| (half(*r) | half(*g) << 16).to_le_bytes())
-                .collect(),
+                .map(|[r, g, _]| (half(*r) | half(*g) << 16).to_le_bytes())
+                .collect::<Vec<_>>()
+                .into_flattened(),
             Self::Rgb9E5 => words(shared_exponent),
             Self::R11G11B10F => words(packed_floats),
             Self::Bc6h => match rounding {

@@ -224,8 +224,10 @@ pub(crate) fn pack_rgba(sizes: &Texture, rgba: &[[f32; 4]], precision: Precision
     sizes.check_len(0, rgba.len())?;
     let values = rgba.as_flattened().par_iter();
     let bytes = match precision {
-        Precision::Float => values.flat_map_iter(|value| value.to_le_bytes()).collect(),
-        Precision::Half => values.flat_map_iter(|value| f16::to_le_bytes(to_half(*value))).collect(),
+        Precision::Float => values.map(|value| value.to_le_bytes()).collect::<Vec<_>>().into_flattened(),
+        Precision::Half => {
+            values.map(|value| f16::to_le_bytes(to_half(*value))).collect::<Vec<_>>().into_flattened()
+        }
     };
     Ok(Packed { bytes, negative: 0 })
 }
