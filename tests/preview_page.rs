@@ -229,7 +229,9 @@ fn a_page_shows_what_is_built_and_follows_the_files() {
         assert_eq!(page.request("GET", path, b"").0, status, "{path}");
     }
 
-    page.post("show", &json!({ "environment": "studio", "material": "satin", "mesh": "torus-knot" }));
+    let satin = json!({ "environment": "studio", "material": "satin", "mesh": "torus-knot", "mark": "1" });
+    page.post("show", &satin);
+    assert_eq!(page.wait("shown", |_| true), satin, "all pages are told, and the one that asked knows it");
     assert_eq!(page.scene("satin")["mesh"], "torus-knot");
     #[cfg(unix)]
     assert_eq!(page.interrupt(), Some(0), "Ctrl-C is how watching ends");

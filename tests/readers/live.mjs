@@ -108,6 +108,17 @@ try {
 	await page.evaluate( () => { location.hash = 'material=copper&environment=sky&mesh=sphere&mode=mirror'; } );
 	await page.waitForFunction( () => specula.state.material === 'copper' && ! document.getElementById( 'canvas' ).getAttribute( 'aria-busy' ) );
 	expect( 'a link shows another material', await page.evaluate( () => specula.state.mode ) === 'mirror' );
+	const other = await browser.newPage();
+	await other.setViewport( { width: FEW, height: FEW } );
+	await other.goto( `${link}#material=plastic&environment=sky&mesh=sphere`, { waitUntil: 'domcontentloaded' } );
+	const shows = ( of, material ) => of.waitForFunction( ( material ) => specula.state.material === material && specula.drawn > 0 && ! document.getElementById( 'canvas' ).getAttribute( 'aria-busy' ), {}, material );
+	await shows( page, 'plastic' );
+	expect( 'a page follows another, in its own form', await page.evaluate( () => specula.state.mode ) === 'mirror' );
+	await page.evaluate( () => { location.hash = 'material=copper&environment=sky&mesh=sphere&mode=mirror'; } );
+	await shows( other, 'copper' );
+	const scenes = await Promise.all( [ page, other ].map( ( of ) => of.evaluate( () => specula.scene ) ) );
+	expect( 'and that one follows back', scenes[ 0 ] === scenes[ 1 ] );
+	await other.close();
 	said( 'errors of the page', problems.length ? `WRONG: ${problems[ 0 ]}` : 'none' );
 
 } finally {

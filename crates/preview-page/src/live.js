@@ -11,6 +11,7 @@ let wanted = {}; // the subject chosen last; if the catalog lacks it, the state 
 let asked = []; // the fields of it that were chosen last
 let followed = null; // the catalog that the state's subject is of
 let posted = {}; // the subject that the server was asked for last
+let mark = ''; // that of the last request for a subject, until the server has told all pages of it
 let sent = null; // the latest scene
 let savedTurn = null; // a turn of the light that scenes after a number have of their own
 let connection = ''; // what is wrong with the connection
@@ -64,8 +65,19 @@ function chooseSubject(changes) {
     Object.assign(state, subject);
     if (SUBJECT.every((field) => subject[field] === posted[field])) return [];
     posted = subject;
-    send('show', subject);
+    mark = `${Math.random()}`;
+    send('show', { ...subject, mark });
     return whyReplaced(subject);
+}
+
+/** Shows the subject of another page, unless this one has asked for another since: a server has one subject. */
+function followSubject({ mark: found, ...subject }) {
+    if (found === mark) mark = '';
+    if (mark || SUBJECT.every((field) => subject[field] === state[field])) return;
+    wanted = posted = subject;
+    asked = [];
+    set(subject);
+    notify(`Another page shows ${subject.material} under ${subject.environment}.`);
 }
 
 const subjectOf = ({ material, environment, mesh }) => ({ material, environment, mesh });
@@ -173,6 +185,7 @@ const EVENTS = {
         set(changes);
     },
     choose: (said) => { chosen = named(said); },
+    shown: followSubject,
     scene: (said) => {
         const isOfState = SUBJECT.every((field) => said[field] === state[field]);
         if (!isOfState && sceneOf(state)) return;
@@ -199,6 +212,7 @@ function connect() {
     source.addEventListener('open', () => {
         if (connection && picture?.problems.length) picture.key = ''; // what was not loaded may be there now
         connection = '';
+        mark = ''; // the server may have told of it meanwhile
         load();
         requestFrame();
     });

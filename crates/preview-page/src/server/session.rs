@@ -75,6 +75,15 @@ impl State {
     }
 }
 
+/// A subject that a page shows, and its mark: the page knows by it which of its requests all pages are told of.
+#[derive(Deserialize)]
+struct Show {
+    #[serde(flatten)]
+    subject: Subject,
+    #[serde(default)]
+    mark: String,
+}
+
 /// The values of a material that a page sends.
 #[derive(Deserialize)]
 struct Edit {
@@ -290,9 +299,16 @@ impl Session {
     fn ask(&self, path: &str, body: &str) -> Result<bool, String> {
         match path {
             "show" => {
-                let subject: Subject = read(body)?;
+                let Show { subject, mark } = read(body)?;
                 let mut state = self.state.lock();
                 state.wanted = Some(subject.clone());
+                // There is one scene for all pages: the others follow.
+                let Subject { environment, material, mesh } = &subject;
+                let said = json!({
+                    "environment": environment, "material": material, "mesh": mesh, "mark": mark,
+                });
+                state.events.tell("shown", said.to_string());
+                self.told.notify_all();
                 // The next view begins with it.
                 let (mut settings, _) = state.view.settings();
                 settings.subject = subject.clone();
