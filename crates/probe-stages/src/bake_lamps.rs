@@ -27,11 +27,15 @@
 //!
 //! ## What reruns
 //!
-//! All lamps of a scene are one item. If one is moved, or a lighting at `lights` changes, the item runs; in a
-//! running `watch` only the lamp that moved is traced, as long as memory for the columns of the others lasts.
+//! All lamps of a scene are one item. If one is moved, added or removed, or a lighting at `lights` changes,
+//! the item runs, and traces only the lamps that its last run had not: the columns of the others are those of
+//! that run, as long as the cache has it. A note says how many. A build with `--force` traces all.
+//!
 //! `lamps` chooses some by name: a lamp that is not baked is dark, and `light-probes` says so.
 //!
 //! `degree`, F, has to be that of the transport (`bake-probes`). The paths are as in `bake-probes`.
+
+use std::sync::Arc;
 
 use containers::tensors::ProbeLamps;
 use engine::{
@@ -66,7 +70,7 @@ impl Kind for BakeLamps {
     type Parameters = Parameters;
 
     const NAME: &'static str = "bake-lamps";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[probes::revisions::PROBES];
     const TEXT: &'static str = include_str!("bake_lamps.rs");
     const SLOW: bool = true;
@@ -123,27 +127,48 @@ impl Kind for BakeLamps {
         let surfaces = Surfaces::new(&stored.scene);
         let of_lamp = options.steps(places.len());
         let steps = Steps::new(reporter, lamps.len() * of_lamp);
+        // Which of the lamps are baked changes the columns of none.
+        let settings = Parameters { lamps: None, ..parameters.clone() }.canonical().to_string();
+        let kernel = format!("{} {:?}", Self::REVISION, Self::KERNELS);
+        let earlier = context.earlier::<artifacts::ProbeLamps>();
         let mut columns: Vec<LampColumns> = Vec::new();
+        let (mut digests, mut as_before) = (Vec::new(), 0);
         for lamp in &lamps {
             let Lamp { name: _, kind, position, direction, color: _, intensity: _, range } = lamp;
             let shape = format!("{kind:?} {position:?} {direction:?} {range:?}");
-            let of = [&stored.surfaces, &places_digest, &shape, &parameters.canonical().to_string()];
-            let of = of.map(String::as_str).join(" ");
+            let of = [&kernel, &stored.surfaces, &places_digest, &shape, &settings];
+            let of = Digest::of(of.map(String::as_str).join(" ").as_bytes());
             let part = steps.part(of_lamp, of_lamp);
-            let made = context.derived.get("bake-lamp", Digest::of(of.as_bytes()), &[], || {
+            let traced = || {
                 let baked = part
                     .until_stopped(|stop| bake_lamp(&surfaces, lamp, places.positions(), &options, stop))?;
                 let bytes = 4 * (baked.direct.len() + baked.indirect.len() + 2 * places.len());
                 Ok::<_, Failure>((baked, bytes))
-            })?;
+            };
+            let digest = of.to_string();
+            let made = match earlier.as_ref().and_then(|earlier| column_of(&earlier.0, &digest)) {
+                Some(column) => {
+                    as_before += 1;
+                    Arc::new(column.clone())
+                }
+                None => context.derived.get("bake-lamp", of, &[], traced)?,
+            };
+            digests.push(digest);
             let what = format!("lamp {}", lamp.name);
             if lamps.len() <= NOTED {
                 parameters.baking.report(&what, &made.errors, places, reporter);
             }
-            columns.push(made.as_ref().clone());
+            columns.push(Arc::unwrap_or_clone(made));
+        }
+        if as_before > 0 {
+            reporter.note(format!(
+                "{as_before} of {} lamps are as they were in the last run, and were not traced",
+                lamps.len()
+            ));
         }
         Output::artifact(artifacts::ProbeLamps(ProbeLamps {
             names: lamps.iter().map(|lamp| lamp.name.clone()).collect(),
+            digests,
             probes: if columns.is_empty() { 0 } else { places.len() },
             columns,
             degree,
@@ -151,6 +176,12 @@ impl Kind for BakeLamps {
             surfaces: stored.surfaces.clone(),
         }))
     }
+}
+
+/// The columns of a lamp that were made from what this is the digest of.
+fn column_of<'l>(lamps: &'l ProbeLamps, digest: &str) -> Option<&'l LampColumns> {
+    let place = lamps.digests.iter().position(|found| found == digest)?;
+    lamps.columns.get(place)
 }
 
 /// The most lamps with a note each.

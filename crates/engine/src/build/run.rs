@@ -343,6 +343,12 @@ impl RunContext<'_> {
         context.reporter.share = Arc::clone(&request.share);
         context.reporter.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
         self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.files.reads)));
+        if let Product::Artifact(name) = stage.product
+            && !request.reasons.contains(&Reason::Forced)
+            && let Some(made) = self.check.latest(request.item).and_then(|latest| latest.outputs().first())
+        {
+            context = context.with_earlier(self.handle(name, made.digest));
+        }
         for (port, handles) in &request.handles {
             let shown = |key: &ItemKey| if info.shows_keys { key.clone() } else { ItemKey::default() };
             let handles = handles.iter().map(|(key, handle)| (shown(key), Arc::clone(handle)));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::artifact::Handle;
+use super::artifact::{Artifact, Handle};
 use super::derived_values::DerivedValues;
 use super::inputs::Inputs;
 use super::item_files::ItemFiles;
@@ -22,6 +22,7 @@ pub struct Context<'a> {
     pub reporter: Reporter,
     /// Keeps what the kind computes from artifacts for later runs.
     pub derived: DerivedValues<'a>,
+    earlier: Option<Handle>,
     key: Option<ItemKey>,
     recipe: String,
 }
@@ -34,6 +35,7 @@ impl<'a> Context<'a> {
             files: ItemFiles::new(files),
             reporter: Reporter::default(),
             derived: DerivedValues::default(),
+            earlier: None,
             key: None,
             recipe: String::new(),
         }
@@ -81,6 +83,13 @@ impl<'a> Context<'a> {
         self
     }
 
+    /// Sets the artifact that the item made when it last ran.
+    #[must_use]
+    pub fn with_earlier(mut self, earlier: Handle) -> Self {
+        self.earlier = Some(earlier);
+        self
+    }
+
     /// Lets the item see its key, for a kind that shows names.
     #[must_use]
     pub fn with_key(mut self, key: ItemKey) -> Self {
@@ -93,6 +102,14 @@ impl<'a> Context<'a> {
     pub fn with_recipe(mut self, recipe: String) -> Self {
         self.recipe = recipe;
         self
+    }
+
+    /// The artifact that the item made when it last ran, for parts that are as they were: the artifact itself
+    /// has to say what each part was made from, kernels and parameters included. The output has to have the
+    /// same bytes without it. `None` if there is none that can be read, if the item runs on another machine,
+    /// or in a build with `force`.
+    pub fn earlier<T: Artifact>(&self) -> Option<Arc<T>> {
+        self.earlier.as_ref()?.get().ok()
     }
 
     /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.

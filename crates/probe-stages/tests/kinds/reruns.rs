@@ -54,22 +54,66 @@ inputs = { transport = "transport", lamps = "lamp-light", scene = "scene" }
 
 /// Writes a room, builds, and gives the stages that ran.
 fn build_with(folder: &Path, room: &Room, threads: usize) -> BTreeSet<String> {
+    built(folder, room, BuildOptions { jobs: Some(threads), ..BuildOptions::default() }).0
+}
+
+/// Writes a room, builds, and gives the stages that ran and the notes of `lamp-light`.
+fn built(folder: &Path, room: &Room, options: BuildOptions) -> (BTreeSet<String>, Vec<String>) {
     std::fs::write(folder.join("pipeline.toml"), MANIFEST).unwrap();
     std::fs::write(folder.join("room.gltf"), room.json.to_string()).unwrap();
     std::fs::write(folder.join("room.bin"), &room.buffer).unwrap();
     let plan =
         Plan::load(&folder.join("pipeline.toml"), &kinds()).unwrap_or_else(|errors| panic!("{errors}"));
-    let ran = Mutex::new(BTreeSet::new());
+    let (ran, notes) = (Mutex::new(BTreeSet::new()), Mutex::new(Vec::new()));
     let record = |event: Event| match event {
         Event::Started { item, .. } => {
             ran.lock().insert(item.stage);
         }
+        Event::Note { item, message } if item.stage == "lamp-light" => notes.lock().push(message),
         Event::Failed { item, error, .. } => panic!("{item}: {}", error.join(": ")),
         _ => {}
     };
-    let options = BuildOptions { jobs: Some(threads), ..BuildOptions::default() };
     build(&plan, &options, &Cancel::default(), &record).unwrap();
-    ran.into_inner()
+    (ran.into_inner(), notes.into_inner())
+}
+
+/// The digests of all that a build has stored.
+fn stored(folder: &Path) -> BTreeSet<String> {
+    let of = |folder: &Path| -> Vec<_> {
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+    };
+    let blobs = of(&folder.join(".specula/blobs")).into_iter().flat_map(|folder| of(&folder));
+    blobs.map(|blob| blob.file_name().unwrap().to_string_lossy().into_owned()).collect()
+}
+
+/// In another process, too: each build here has a session of its own.
+#[test]
+fn only_the_lamp_that_moved_is_traced_and_all_bytes_are_those_of_a_full_bake() {
+    let (folder, fresh) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let plain = Room::new();
+    let moved = plain.clone().with(|json| json["nodes"][3]["translation"] = json!([1, 2, 0]));
+    let as_before = |notes: &[String]| {
+        let note = notes.iter().find(|note| note.contains("were not traced"));
+        note.map(|note| note.split(" are").next().unwrap_or_default().to_owned())
+    };
+    let options = BuildOptions::default;
+    let (_, notes) = built(folder.path(), &plain, options());
+    assert_eq!(as_before(&notes), None);
+    let (ran, notes) = built(folder.path(), &moved, options());
+    assert!(ran.contains("lamp-light"));
+    assert_eq!(as_before(&notes).as_deref(), Some("1 of 2 lamps"));
+    built(fresh.path(), &moved, options());
+    let lost: Vec<_> = stored(fresh.path()).difference(&stored(folder.path())).cloned().collect();
+    assert!(lost.is_empty(), "{lost:?}");
+    // What is forced is made from nothing.
+    let (_, notes) = built(folder.path(), &moved, BuildOptions { force: true, ..options() });
+    assert_eq!(as_before(&notes), None);
+    // An albedo changes the light of every lamp.
+    let dark = moved.with(|json| {
+        json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.1, 0.1, 0.1, 1]);
+    });
+    let (ran, notes) = built(folder.path(), &dark, options());
+    assert!(ran.contains("lamp-light") && as_before(&notes).is_none());
 }
 
 #[test]

@@ -15,6 +15,8 @@ const PLACES: &str = "places";
 const SURFACES: &str = "surfaces";
 /// The metadata entry with the names of the lamps, as a list in JSON.
 const LAMPS: &str = "lamps";
+/// The metadata entry with the digests of what their columns were made from, as a list in JSON.
+const DIGESTS: &str = "digests";
 
 /// How the numbers of a transport are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +47,8 @@ pub struct ProbeTransport {
 pub struct ProbeLamps {
     /// The name of each lamp.
     pub names: Vec<String>,
+    /// The digest of all that the columns of each lamp were made from.
+    pub digests: Vec<String>,
     /// What arrives from each.
     pub columns: Vec<LampColumns>,
     /// The degree of what arrives.
@@ -162,7 +166,7 @@ pub fn decode_probe_transport(bytes: &[u8]) -> Result<ProbeTransport, Error> {
 
 /// The transport from L lamps to P probes, for a colour times intensity of 1: `direct` and `indirect`
 /// [L, P, (F+1)^2, 3] f32, `paths` [L, P] u32, `errors` [L, P] f32. The metadata have the names of the
-/// `lamps`, a list in JSON, and the digests `places` and `surfaces`.
+/// `lamps`, a list in JSON, the list of their `digests`, and the digests `places` and `surfaces`.
 ///
 /// # Errors
 /// If a number is not finite, or the lamps are not all to the same probes.
@@ -170,6 +174,7 @@ pub fn encode_probe_lamps(lamps: &ProbeLamps, recipe: Option<&str>) -> Result<Ve
     let (count, rows) = (lamps.columns.len(), lamps.degree.rows());
     let mut file = Writer::new("probe-lamps", recipe);
     file.entry(LAMPS, serde_json::json!(lamps.names).to_string());
+    file.entry(DIGESTS, serde_json::json!(lamps.digests).to_string());
     file.entry(PLACES, lamps.places_digest.clone());
     file.entry(SURFACES, lamps.surfaces.clone());
     let length = 3 * rows * lamps.probes;
@@ -177,7 +182,7 @@ pub fn encode_probe_lamps(lamps: &ProbeLamps, recipe: Option<&str>) -> Result<Ve
         let LampColumns { direct, indirect, paths, errors } = columns;
         [direct.len(), indirect.len()] == [length; 2] && [paths.len(), errors.len()] == [lamps.probes; 2]
     };
-    if lamps.names.len() != count || !lamps.columns.iter().all(is_whole) {
+    if [lamps.names.len(), lamps.digests.len()] != [count; 2] || !lamps.columns.iter().all(is_whole) {
         return Err(Error::new(ErrorKind::Unwritable, "the lamps are not all to the same probes"));
     }
     let floats = |file: &mut Writer, name: &str, shape: &[usize], of: fn(&LampColumns) -> &Vec<f32>| {
@@ -201,12 +206,15 @@ pub fn encode_probe_lamps(lamps: &ProbeLamps, recipe: Option<&str>) -> Result<Ve
 pub fn decode_probe_lamps(bytes: &[u8]) -> Result<ProbeLamps, Error> {
     const SHAPE: &str = "[L, P, (F+1)^2, 3]";
     let file = TensorFile::open_as(bytes, "probe-lamps")?;
-    let names: Vec<String> = file.list(LAMPS)?;
+    let [names, digests]: [Vec<String>; 2] = [file.list(LAMPS)?, file.list(DIGESTS)?];
     let tensor = file.tensor("direct", Dtype::F32, SHAPE)?;
     let wrong = || wrong_shape("direct", SHAPE, tensor.shape());
     let &[count, probes, rows, 3] = tensor.shape() else { return Err(wrong()) };
     if count != names.len() {
         return Err(Error::damaged(format!("there are {count} lamps and {} names", names.len())));
+    }
+    if count != digests.len() {
+        return Err(Error::damaged(format!("there are {count} lamps and {} digests", digests.len())));
     }
     let degree = square("direct", rows, 2..=4)?;
     // With lamps, what the tensors hold bounds these numbers; without them, a number of probes means nothing.
@@ -238,6 +246,7 @@ pub fn decode_probe_lamps(bytes: &[u8]) -> Result<ProbeLamps, Error> {
     }
     Ok(ProbeLamps {
         names,
+        digests,
         columns: (0..count).map(lamp).collect(),
         degree,
         probes,
@@ -320,6 +329,7 @@ mod tests {
         };
         ProbeLamps {
             names: (0..count).map(|k| format!("lamp {k}")).collect(),
+            digests: (0..count).map(|k| format!("ef{k}")).collect(),
             columns: (0..count).map(columns).collect(),
             degree: degree(2),
             probes: if count == 0 { 0 } else { 2 },
