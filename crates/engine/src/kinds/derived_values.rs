@@ -37,8 +37,8 @@ impl DerivedValues<'_> {
     }
 
     /// A value of an artifact that is enough for its caller: the one in memory, if it `is_enough`, otherwise
-    /// what `make` computes, which takes its place. `make` is given the value that was not enough, so that the
-    /// new one can serve the earlier callers too.
+    /// what `make` computes, which takes its place. `make` is given the value that was not enough, so that
+    /// the new one can serve the earlier callers too.
     ///
     /// # Errors
     /// The errors of `make`; the value in memory is left then.

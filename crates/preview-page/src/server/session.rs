@@ -75,7 +75,8 @@ impl State {
     }
 }
 
-/// A subject that a page shows, and its mark: the page knows by it which of its requests all pages are told of.
+/// A subject that a page shows, and a mark by which the page knows its own request when all pages are told of
+/// it.
 #[derive(Deserialize)]
 struct Show {
     #[serde(flatten)]

@@ -32,9 +32,9 @@ struct Urgency {
 /// Milliseconds that nobody notices: what takes less is not worth a place of its own in the order.
 const NOTICED: f64 = 32.0;
 
-/// Doublings of [`NOTICED`] below which a task is short: a longer one does not start beside it. Both would use
-/// all threads, so that neither ends sooner, and a thread that waits for parts of the short one could begin
-/// the longer one and end that first.
+/// Doublings of [`NOTICED`] below which a task is short: a longer one does not start beside it. Both would
+/// use all threads, so that neither ends sooner, and a thread that waits for parts of the short one could
+/// begin the longer one and end that first.
 const SHORT: u32 = 2;
 
 /// Milliseconds of an item of a slow kind that never ran.
