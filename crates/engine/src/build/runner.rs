@@ -145,10 +145,6 @@ impl Job {
         Self { request, is_wanted, receipt }
     }
 
-    pub(crate) fn item(&self) -> ItemIndex {
-        self.receipt.item
-    }
-
     /// Does the task by `act` on the thread of a worker.
     fn work(self, worker: usize, act: impl FnOnce(Request) -> TaskResult) {
         let Self { request, receipt, .. } = self;

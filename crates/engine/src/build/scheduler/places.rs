@@ -1,7 +1,7 @@
 //! The places where tasks are done, each with the tasks that are ready for it.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::tasks::{FirstTask, Length, Task, Tasks};
 use crate::build::outcome::Refusal;
@@ -23,14 +23,14 @@ pub(super) struct RunnerPlaces<'a> {
 struct RunnerPlace<'a> {
     runner: Box<dyn Runner<'a> + 'a>,
     tasks: Tasks,
-    in_work: Vec<TaskInWork>,
+    in_work: Vec<ItemInWork>,
 }
 
-#[derive(Clone, Copy)]
-struct TaskInWork {
+struct ItemInWork {
     item: ItemIndex,
     is_wanted: bool,
     length: Length,
+    begun: Instant,
 }
 
 impl RunnerPlace<'_> {
@@ -38,7 +38,9 @@ impl RunnerPlace<'_> {
     fn can_start(&self) -> bool {
         let Some(FirstTask { is_wanted, length, .. }) = self.tasks.first() else { return false };
         // The tasks of another machine share no threads with those of this one, and it orders its own.
-        let waits = |other: &TaskInWork| other.is_wanted == is_wanted && length.waits_for(other.length);
+        let waits = |other: &ItemInWork| {
+            other.is_wanted == is_wanted && length.waits_for(other.length, other.begun.elapsed())
+        };
         let is_held = self.runner.host().is_none() && self.in_work.iter().any(waits);
         !is_held && self.runner.can_start(is_wanted)
     }
@@ -108,11 +110,13 @@ impl<'a> RunnerPlaces<'a> {
     }
 
     pub(super) fn start(&mut self, next: Next, request: Request, threads: &Threads<'_, 'a>) {
-        let Next { place, is_wanted, length, .. } = next;
+        let Next { task, place, is_wanted, length } = next;
         self.busy += 1;
         let job = Job::new(request, is_wanted, place, self.sender.clone());
         let place = &mut self.places[place];
-        place.in_work.push(TaskInWork { item: job.item(), is_wanted, length });
+        if let Task::Run(item) = task {
+            place.in_work.push(ItemInWork { item, is_wanted, length, begun: Instant::now() });
+        }
         place.runner.start(job, threads);
     }
 
@@ -124,7 +128,7 @@ impl<'a> RunnerPlaces<'a> {
         let ended = self.receiver.recv_timeout(most).ok()?;
         self.busy -= 1;
         let place = &mut self.places[ended.place];
-        place.in_work.retain(|task| task.item != ended.item);
+        place.in_work.retain(|other| other.item != ended.item);
         place.runner.ended(ended.worker);
         Some(ended)
     }

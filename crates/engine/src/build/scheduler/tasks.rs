@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::time::Duration;
 
 use crate::build::up_to_date::UpToDateCheck;
 use crate::kinds::Product;
@@ -73,9 +74,10 @@ pub(super) struct FirstTask {
 pub(super) struct Length(u32);
 
 impl Length {
-    /// Whether a task does not start while one of another length is in work.
-    pub(super) fn waits_for(self, other: Self) -> bool {
-        other.0 < SHORT.min(self.0)
+    /// Whether a task does not start beside an item of another length that has run for so long. One that turns
+    /// out not to be short is no longer waited for.
+    pub(super) fn waits_for(self, other: Self, ran: Duration) -> bool {
+        other.0 < SHORT.min(self.0) && 1e3 * ran.as_secs_f64() < NOTICED * f64::from(1 << SHORT)
     }
 }
 
