@@ -233,6 +233,20 @@ fn a_page_shows_what_is_built_and_follows_the_files() {
     page.post("show", &satin);
     assert_eq!(page.wait("shown", |_| true), satin, "all pages are told, and the one that asked knows it");
     assert_eq!(page.scene("satin")["mesh"], "torus-knot");
+    // A page that opens now begins with it, and one that asks for what is gone learns of it.
+    let mut stream = TcpStream::connect(&page.address).unwrap();
+    write!(stream, "GET {}events HTTP/1.1\r\nHost: {}\r\n\r\n", page.path, page.address).unwrap();
+    let received = lines(stream);
+    let shown = loop {
+        let line = received.recv_timeout(TIMEOUT).expect("the catalog");
+        let data = line.strip_prefix("data: ").and_then(|data| serde_json::from_str::<Value>(data).ok());
+        if let Some(shown) = data.and_then(|data| data.get("shown").cloned()) {
+            break shown;
+        }
+    };
+    assert_eq!(shown["material"], "satin");
+    page.post("show", &json!({ "environment": "studio", "material": "gone", "mesh": "car", "mark": "2" }));
+    assert_eq!(page.wait("shown", |said| said["mark"] == "2")["material"], "satin");
     #[cfg(unix)]
     assert_eq!(page.interrupt(), Some(0), "Ctrl-C is how watching ends");
 }

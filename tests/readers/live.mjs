@@ -116,8 +116,11 @@ try {
 	expect( 'a page follows another, in its own form', await page.evaluate( () => specula.state.mode ) === 'mirror' );
 	await page.evaluate( () => { location.hash = 'material=copper&environment=sky&mesh=sphere&mode=mirror'; } );
 	await shows( other, 'copper' );
-	const scenes = await Promise.all( [ page, other ].map( ( of ) => of.evaluate( () => specula.scene ) ) );
-	expect( 'and that one follows back', scenes[ 0 ] === scenes[ 1 ] );
+	expect( 'and that one follows back', await other.evaluate( () => specula.state.mode ) !== 'mirror' );
+	await other.goto( 'about:blank' );
+	await other.goto( link, { waitUntil: 'domcontentloaded' } );
+	await shows( other, 'copper' );
+	expect( 'the bare link shows what is shown', await page.evaluate( () => specula.state.material ) === 'copper' );
 	await other.close();
 	said( 'errors of the page', problems.length ? `WRONG: ${problems[ 0 ]}` : 'none' );
 

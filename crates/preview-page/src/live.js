@@ -33,7 +33,8 @@ async function send(place, body, key = place) {
     for (const [key, [place, body]] of outbox) {
         outbox.delete(key);
         const letter = { method: 'POST', headers: JSON_TYPE, body: JSON.stringify(body) };
-        await attempt(place, () => request(place, letter));
+        const isSent = await attempt(place, () => request(place, letter));
+        if (!isSent && body?.mark === mark) mark = '';
     }
     isPosting = false;
 }
@@ -72,10 +73,14 @@ function chooseSubject(changes) {
 
 /** Shows the subject of another page, unless this one has asked for another since: a server has one subject. */
 function followSubject({ mark: found, ...subject }) {
-    if (found === mark) mark = '';
-    if (mark || SUBJECT.every((field) => subject[field] === state[field])) return;
+    const isOwn = found === mark;
+    if (isOwn) mark = '';
+    if (mark) return;
+    const isShown = SUBJECT.every((field) => subject[field] === state[field]);
+    if (isOwn && isShown) return;
     wanted = posted = subject;
     asked = [];
+    if (isShown) return;
     set(subject);
     notify(`Another page shows ${subject.material} under ${subject.environment}.`);
 }
@@ -212,7 +217,7 @@ function connect() {
     source.addEventListener('open', () => {
         if (connection && picture?.problems.length) picture.key = ''; // what was not loaded may be there now
         connection = '';
-        mark = ''; // the server may have told of it meanwhile
+        if (!isPosting) mark = ''; // the server may have told of it meanwhile
         load();
         requestFrame();
     });

@@ -344,7 +344,7 @@ impl RunContext<'_> {
         context.reporter.gate = (!request.is_wanted).then(|| Arc::clone(&self.gate));
         self.running.set_dependencies(request.item, Dependencies::Running(Arc::clone(&context.files.reads)));
         if let Product::Artifact(name) = stage.product
-            && !request.reasons.contains(&Reason::Forced)
+            && !self.check.is_forced(request.item)
             && let Some(made) = self.check.latest(request.item).and_then(|latest| latest.outputs().first())
         {
             context = context.with_earlier(self.handle(name, made.digest));

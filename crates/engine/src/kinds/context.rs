@@ -1,5 +1,6 @@
 //! What a running item has access to.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -109,7 +110,9 @@ impl<'a> Context<'a> {
     /// same bytes without it. `None` if there is none that can be read, if the item runs on another machine,
     /// or in a build with `force`.
     pub fn earlier<T: Artifact>(&self) -> Option<Arc<T>> {
-        self.earlier.as_ref()?.get().ok()
+        let earlier = self.earlier.as_ref()?;
+        // Another version may have encoded it differently.
+        catch_unwind(AssertUnwindSafe(|| earlier.get())).ok()?.ok()
     }
 
     /// The item's key; only a kind that shows names (`SHOWS_KEYS`) sees it.

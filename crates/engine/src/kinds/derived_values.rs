@@ -38,7 +38,8 @@ impl DerivedValues<'_> {
 
     /// A value of an artifact that is enough for its caller: the one in memory, if it `is_enough`, otherwise
     /// what `make` computes, which takes its place. `make` is given the value that was not enough, so that
-    /// the new one can serve the earlier callers too.
+    /// the new one can serve the earlier callers too. A caller computes the same from every value that is
+    /// enough for it: which one it gets depends on what others needed before.
     ///
     /// # Errors
     /// The errors of `make`; the value in memory is left then.

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-/// What happens once is kept for pages that reconnect: this many of them.
+/// What happens once is kept for pages that reconnect: this many of each name.
 const KEPT: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -45,10 +45,10 @@ impl EventLog {
     /// Adds what happens once.
     pub(super) fn tell(&mut self, name: &'static str, data: String) {
         self.push(name, data, None);
-        let once = self.events.iter().filter(|event| event.of.is_none());
-        let once: Vec<u64> = once.map(|event| event.number).collect();
+        let is_old = |event: &&Event| event.of.is_none() && event.name == name;
+        let once: Vec<u64> = self.events.iter().filter(is_old).map(|event| event.number).collect();
         if let Some(oldest) = once.len().checked_sub(KEPT + 1).map(|place| once[place]) {
-            self.events.retain(|event| event.of.is_some() || event.number > oldest);
+            self.events.retain(|event| event.of.is_some() || event.name != name || event.number > oldest);
         }
     }
 

@@ -62,16 +62,21 @@ struct State {
 impl State {
     /// Tells pages what there is, and what a page that has just opened shows.
     fn tell_catalog(&mut self) {
+        let data = self.catalog_json();
+        self.events.set("catalog", data);
+    }
+
+    fn catalog_json(&self) -> String {
         let Catalog { environments, materials, meshes, pairs } = &self.catalog;
-        let data = json!({
+        json!({
             "environments": environments,
             "materials": materials,
             "meshes": meshes,
             "pairs": pairs,
             "shown": self.wanted,
             "mode": self.view.request.mode.map(preview::Mode::name),
-        });
-        self.events.set("catalog", data.to_string());
+        })
+        .to_string()
     }
 }
 
@@ -302,21 +307,30 @@ impl Session {
             "show" => {
                 let Show { subject, mark } = read(body)?;
                 let mut state = self.state.lock();
+                // A page that asks for what is gone has not read of that yet.
+                let nearest = state.catalog.nearest(&subject, &SubjectRequest::default(), &subject);
+                let subject = match nearest == subject {
+                    true => subject,
+                    false => state.wanted.clone().unwrap_or(nearest),
+                };
                 state.wanted = Some(subject.clone());
-                // There is one scene for all pages: the others follow.
+                // There is one scene for all pages: the others follow, and so do those that open later.
                 let Subject { environment, material, mesh } = &subject;
                 let said = json!({
                     "environment": environment, "material": material, "mesh": mesh, "mark": mark,
                 });
                 state.events.tell("shown", said.to_string());
+                let catalog = state.catalog_json();
+                state.events.amend("catalog", "", catalog);
                 self.told.notify_all();
                 // The next view begins with it.
                 let (mut settings, _) = state.view.settings();
                 settings.subject = subject.clone();
                 let settings = settings.to_json();
                 state.view.state = Some(settings.clone());
-                drop(state);
+                // The program is asked in the order in which the pages are told.
                 let mut host = self.host.lock();
+                drop(state);
                 host.show(&subject);
                 host.keep_state(&settings);
             }
