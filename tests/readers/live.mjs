@@ -109,9 +109,16 @@ try {
 	await page.waitForFunction( () => specula.state.material === 'copper' && ! document.getElementById( 'canvas' ).getAttribute( 'aria-busy' ) );
 	expect( 'a link shows another material', await page.evaluate( () => specula.state.mode ) === 'mirror' );
 	const other = await browser.newPage();
-	await other.setViewport( { width: FEW, height: FEW } );
+	other.setDefaultTimeout( PATIENCE );
 	await other.goto( `${link}#material=plastic&environment=sky&mesh=sphere`, { waitUntil: 'domcontentloaded' } );
-	const shows = ( of, material ) => of.waitForFunction( ( material ) => specula.state.material === material && specula.drawn > 0 && ! document.getElementById( 'canvas' ).getAttribute( 'aria-busy' ), {}, material );
+	await resize( other, FEW );
+	// A page in the background draws nothing.
+	const shows = async ( of, material ) => {
+
+		await of.bringToFront();
+		await of.waitForFunction( ( material ) => specula.state.material === material && specula.drawn > 0 && ! document.getElementById( 'canvas' ).getAttribute( 'aria-busy' ), {}, material );
+
+	};
 	await shows( page, 'plastic' );
 	expect( 'a page follows another, in its own form', await page.evaluate( () => specula.state.mode ) === 'mirror' );
 	await page.evaluate( () => { location.hash = 'material=copper&environment=sky&mesh=sphere&mode=mirror'; } );
@@ -119,6 +126,7 @@ try {
 	expect( 'and that one follows back', await other.evaluate( () => specula.state.mode ) !== 'mirror' );
 	await other.goto( 'about:blank' );
 	await other.goto( link, { waitUntil: 'domcontentloaded' } );
+	await resize( other, FEW );
 	await shows( other, 'copper' );
 	expect( 'the bare link shows what is shown', await page.evaluate( () => specula.state.material ) === 'copper' );
 	await other.close();
