@@ -29,8 +29,8 @@
 //!
 //! All lamps of a scene are one item. If one is moved, added or removed, or a lighting at `lights` changes,
 //! the item runs, and traces only the lamps that its last run had not: the columns of the others are those of
-//! that run, as long as the cache has it. A note says how many. A build with `--force` traces all, and so does
-//! an item that runs on another machine.
+//! that run, as long as the cache has it. A note says how many. A build with `--force` traces all, and so
+//! does an item that runs on another machine.
 //!
 //! `lamps` chooses some by name: a lamp that is not baked is dark, and `light-probes` says so.
 //!

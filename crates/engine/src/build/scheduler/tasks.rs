@@ -74,8 +74,8 @@ pub(super) struct FirstTask {
 pub(super) struct Length(u32);
 
 impl Length {
-    /// Whether a task does not start beside an item of another length that has run for so long. One that turns
-    /// out not to be short is no longer waited for.
+    /// Whether a task does not start beside an item of another length that has run for so long. One that
+    /// turns out not to be short is no longer waited for.
     pub(super) fn waits_for(self, other: Self, ran: Duration) -> bool {
         other.0 < SHORT.min(self.0) && 1e3 * ran.as_secs_f64() < NOTICED * f64::from(1 << SHORT)
     }
