@@ -81,6 +81,7 @@ pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usiz
         source.stop.check()?;
         Ok(views.slice(source, *theta)?)
     };
+    // In small pieces: an idle thread takes what another has not begun.
     let slices: Vec<IncidentSlice> =
         incident.par_iter().with_max_len(4).map(slice).collect::<Result<_, ProjectionError>>()?;
     let total = incident

@@ -33,7 +33,7 @@ impl DerivedValues<'_> {
     ) -> Result<Arc<T>, E> {
         let numbers = numbers.iter().flat_map(|number| number.to_le_bytes());
         let key = Digest::of(&artifact.0.into_iter().chain(numbers).collect::<Vec<_>>());
-        self.kept_if(function, key, |_| true, |_: Option<&T>| make())
+        self.get_enough(function, key, |_| true, |_: Option<&T>| make())
     }
 
     /// A value of an artifact that is enough for its caller: the one in memory, if it `is_enough`, otherwise
@@ -50,17 +50,7 @@ impl DerivedValues<'_> {
         is_enough: impl FnOnce(&T) -> bool,
         make: impl FnOnce(Option<&T>) -> Result<(T, usize), E>,
     ) -> Result<Arc<T>, E> {
-        self.kept_if(function, artifact, is_enough, make)
-    }
-
-    fn kept_if<T: Any + Send + Sync, E>(
-        &self,
-        function: &'static str,
-        key: Digest,
-        is_enough: impl FnOnce(&T) -> bool,
-        make: impl FnOnce(Option<&T>) -> Result<(T, usize), E>,
-    ) -> Result<Arc<T>, E> {
-        let kept = self.memory.and_then(|memory| memory.get(function, key));
+        let kept = self.memory.and_then(|memory| memory.get(function, artifact));
         let kept = kept.and_then(|value| value.downcast::<T>().ok());
         if let Some(value) = kept.as_ref().filter(|value| is_enough(value)) {
             return Ok(Arc::clone(value));
@@ -68,7 +58,7 @@ impl DerivedValues<'_> {
         let (value, bytes) = make(kept.as_deref())?;
         let value = Arc::new(value);
         if let Some(memory) = self.memory {
-            memory.put(function, key, bytes as u64, Arc::clone(&value) as Arc<dyn Any + Send + Sync>);
+            memory.put(function, artifact, bytes as u64, Arc::clone(&value) as Arc<dyn Any + Send + Sync>);
         }
         Ok(value)
     }

@@ -45,8 +45,8 @@ impl EventLog {
     /// Adds what happens once.
     pub(super) fn tell(&mut self, name: &'static str, data: String) {
         self.push(name, data, None);
-        let is_old = |event: &&Event| event.of.is_none() && event.name == name;
-        let once: Vec<u64> = self.events.iter().filter(is_old).map(|event| event.number).collect();
+        let is_alike = |event: &&Event| event.of.is_none() && event.name == name;
+        let once: Vec<u64> = self.events.iter().filter(is_alike).map(|event| event.number).collect();
         if let Some(oldest) = once.len().checked_sub(KEPT + 1).map(|place| once[place]) {
             self.events.retain(|event| event.of.is_some() || event.name != name || event.number > oldest);
         }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use parking_lot::{Condvar, Mutex};
 use preview::{Aim, Catalog, Host, InitialView, List, MaterialForm, PreviewUpdate, Subject, SubjectRequest};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 
 use super::event_log::{Event, EventLog};
@@ -82,7 +82,7 @@ impl State {
 
 /// A subject that a page shows, and a mark by which the page knows its own request when all pages are told of
 /// it.
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 struct Show {
     #[serde(flatten)]
     subject: Subject,
@@ -315,11 +315,7 @@ impl Session {
                 };
                 state.wanted = Some(subject.clone());
                 // There is one scene for all pages: the others follow, and so do those that open later.
-                let Subject { environment, material, mesh } = &subject;
-                let said = json!({
-                    "environment": environment, "material": material, "mesh": mesh, "mark": mark,
-                });
-                state.events.tell("shown", said.to_string());
+                state.events.tell("shown", json!(Show { subject: subject.clone(), mark }).to_string());
                 let catalog = state.catalog_json();
                 state.events.amend("catalog", "", catalog);
                 self.told.notify_all();
