@@ -44,6 +44,19 @@
 //! shows, up to 200 of them with their errors.
 //!
 //! The result does not depend on the number of threads, and that of a probe not on other probes.
+//!
+//! ## After an edit
+//!
+//! Bricks of 4^3 probes are kept from the last bake, in another process, too, if an edit cannot change them: the bytes
+//! are those of a full bake. For each brick the artifact has which of 32^3 cells of space its paths crossed, and which
+//! light on surfaces they found. A brick is baked again if a probe of it stands elsewhere, if a surface in one of these
+//! cells is new, gone or different, or if that light is different: that is what a change does that is seen from there,
+//! straight or by reflections. So a crate that is moved in a closed room leaves the bricks of other rooms, and in rooms
+//! whose doors are open light finds its way to all of them. A note, which `specula explain` shows, counts the bricks
+//! that were kept and why the others were not. The light on surfaces is computed for the whole scene.
+//!
+//! All bricks are baked if the settings, an emissive material or the size of the level change, and with `error`, where
+//! the number of paths is known only afterwards.
 
 use std::sync::Arc;
 
@@ -52,7 +65,8 @@ use engine::{
     Artifact, Context, Digest, Failure, Kind, Output, Parameters as _, Port, Product, Steps, choice,
     parameters,
 };
-use probes::{ScenePart, Surfaces, bake, transport_bytes};
+use probes::{BrickCounts, EarlierBake, ScenePart, Surfaces, bake_bricks, transport_bytes};
+use sh::Stop;
 use stages::artifacts;
 use stages::plugin::{UntilStopped, size};
 
@@ -94,7 +108,7 @@ impl Kind for BakeProbes {
     type Parameters = Parameters;
 
     const NAME: &'static str = "bake-probes";
-    const REVISION: u32 = 1;
+    const REVISION: u32 = 2;
     const KERNELS: &'static [u32] = &[probes::revisions::PROBES];
     const TEXT: &'static str = include_str!("bake_probes.rs");
     const SLOW: bool = true;
@@ -136,21 +150,35 @@ impl Kind for BakeProbes {
                 parameters.sky_degree
             )));
         }
+        let precision = match parameters.precision {
+            Precision::Half => TransportPrecision::Half,
+            Precision::Float => TransportPrecision::Single,
+        };
         // In a watcher, a change of the scene that the surfaces do not see leaves the transport as it was.
         let of = [stored.surfaces.clone(), places_digest.to_string(), parameters.canonical().to_string()];
         let made = context.derived.get("bake-probes", Digest::of(of.join(" ").as_bytes()), &[], || {
             let surfaces = Surfaces::new(&stored.scene);
             let steps = Steps::new(reporter, options.steps(places.len()));
-            let baked = steps.until_stopped(|stop| bake(&surfaces, places.positions(), &options, stop))?;
+            let (at, bricks) = (places.positions(), places.bricks());
+            let last =
+                context.earlier::<artifacts::ProbeTransport>().filter(|last| last.0.precision == precision);
+            let last_bricks = last.as_ref().map(|last| last.0.places.bricks());
+            let earlier = last.as_ref().zip(last_bricks.as_ref()).and_then(|(last, bricks)| {
+                let record = last.0.record.as_ref()?;
+                Some(EarlierBake { transport: &last.0.transport, bricks, record })
+            });
+            let bake = |stop: Stop<'_>| bake_bricks(&surfaces, at, &bricks, &options, earlier, stop);
+            let baked = steps.until_stopped(bake)?;
+            if let Some(counts) = &baked.counts {
+                reporter.note(kept_text(counts));
+            }
             Ok::<_, Failure>((baked, bytes))
         })?;
-        parameters.baking.report("transport", made.errors(), places, reporter);
+        parameters.baking.report("transport", made.transport.errors(), places, reporter);
         let value = tensors::ProbeTransport {
-            transport: made.as_ref().clone(),
-            precision: match parameters.precision {
-                Precision::Half => TransportPrecision::Half,
-                Precision::Float => TransportPrecision::Single,
-            },
+            transport: made.transport.clone(),
+            record: made.record.clone(),
+            precision,
             places: places.clone(),
             places_digest: places_digest.to_string(),
             surfaces: stored.surfaces.clone(),
@@ -160,4 +188,28 @@ impl Kind for BakeProbes {
         let value = artifacts::ProbeTransport(decode_probe_transport(&bytes)?);
         Ok(Output::Artifact { bytes, value: Arc::new(value) })
     }
+}
+
+/// How many bricks are kept, and why the others are not.
+fn kept_text(counts: &BrickCounts) -> String {
+    let BrickCounts { all, whole, kept, moved, crossed, relit } = *counts;
+    if whole > 0 {
+        return format!(
+            "all {all} bricks of probes were baked: the settings, the emissive materials or the size of the level are \
+             not those of the last bake"
+        );
+    }
+    let reasons = [
+        (moved, "with probes that moved or are new"),
+        (crossed, "whose paths crossed what changed"),
+        (relit, "that see surfaces on which the light changed"),
+    ];
+    let reasons: Vec<String> = reasons
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, reason)| format!("{count} {reason}"))
+        .collect();
+    let others =
+        if reasons.is_empty() { String::new() } else { format!("; baked again: {}", reasons.join(", ")) };
+    format!("{kept} of {all} bricks of probes are as they were{others}")
 }

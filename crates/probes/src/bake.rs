@@ -12,17 +12,19 @@ use glam::Vec3;
 use sh::{Basis, Stop};
 use sphere::{DVec3, Direction};
 
+use crate::bricks::{BakeRecord, BrickCounts, Bricks, Dependencies, EarlierBake, Fate, PointGroups};
+use crate::cells::{CellGrid, WORDS};
 use crate::emitters::Emitters;
 use crate::irradiance_cache::{Cache, CacheOptions, PointLight, SKY_RAYS};
 use crate::options::{BLOCKS, BakeError, BakeOptions, BakeProbe, MOST_BYTES, relative_error};
-use crate::paths::{Numbers, Paths, Visitor};
-use crate::random::hash;
+use crate::paths::{Numbers, Paths, PointOfCache, Visitor};
+use crate::random::{hash, hash_of};
 use crate::surfaces::{Place, Surfaces};
 use crate::transport::Transport;
 
 /// Raised when the results of bakes or of [`crate::ProbePlaces`], [`crate::rooms`] or [`crate::scatter`]
 /// change: every kind of stage that calls them adds this to its own revision.
-pub const REVISION: u32 = 3;
+pub const REVISION: u32 = 4;
 
 /// Paths whose sums are kept in single precision.
 const PATHS_IN_SINGLE: u32 = 256;
@@ -51,9 +53,42 @@ pub fn bake(
     options: &BakeOptions,
     stop: Stop<'_>,
 ) -> Result<Transport, BakeError> {
+    let bricks = Bricks::one(positions);
+    bake_bricks(surfaces, positions, &bricks, options, None, stop).map(|baked| baked.transport)
+}
+
+/// A transport in bricks.
+#[derive(Clone, Debug)]
+pub struct BakedBricks {
+    /// The transport.
+    pub transport: Transport,
+    /// What the bricks were made from; `None` if an error was asked for, since how many paths a probe has, and
+    /// with them its caches, is then only known once it is baked.
+    pub record: Option<BakeRecord>,
+    /// How many bricks are those of the earlier bake, if there was one.
+    pub counts: Option<BrickCounts>,
+}
+
+/// Bakes the transport to probes as [`bake()`] does, but for the bricks that an earlier bake with the same
+/// options has as they would be baked again: the result is the same to the bit.
+///
+/// The light of points on surfaces is computed anew, and paths are traced for the other bricks alone.
+///
+/// # Errors
+/// The errors of [`bake()`].
+pub fn bake_bricks(
+    surfaces: &Surfaces<'_>,
+    positions: &[[f32; 3]],
+    bricks: &Bricks,
+    options: &BakeOptions,
+    earlier: Option<EarlierBake<'_>>,
+    stop: Stop<'_>,
+) -> Result<BakedBricks, BakeError> {
     options.check(positions)?;
     let channels = surfaces.channels();
     let emitters = Emitters::of(surfaces);
+    let grid = CellGrid::new(bricks.bounds);
+    let recorded = options.error.is_none().then_some(&grid);
     let bases = [Basis::new(options.degree), Basis::new(options.sky)];
     let paths = Paths { surfaces, emitters: Some(&emitters), bounces: options.bounces };
     let (rows, columns) = (options.degree.rows(), options.sky.rows());
@@ -72,21 +107,65 @@ pub fn bake(
         let (points, rays) = BakeOptions::cache_size(count, triangles);
         let cache = |block: usize| {
             let seed = hash(options.seed) ^ block as u64;
-            let options = CacheOptions { points, rays, seed, with_direct: true, channels: &numbers_of_point };
+            let channels = &numbers_of_point;
+            let options = CacheOptions { points, rays, seed, with_direct: true, channels, cells: recorded };
             Cache::new(&paths, &options, || SkyAtPoint::new(shape, &bases[1]), stop)
         };
         Ok(Some((0..BLOCKS).map(cache).collect::<Result<Vec<_>, _>>()?))
     };
-    let bake = BakeTransport { paths: &paths, positions, options, shape, bases: &bases };
+    let mut prepared = None;
+    let mut record = None;
+    if let Some(grid) = recorded {
+        let mut made = caches(options.first_paths())?;
+        let groups = made.iter_mut().flatten().filter_map(|cache| cache.groups.as_mut()).collect::<Vec<_>>();
+        let groups = PointGroups::number(groups);
+        let digests: Vec<u64> = surfaces.digests().collect();
+        let sizes = made.iter().flatten().map(Cache::digest);
+        let whole = [emitters.digest(&digests), grid.digest(), channels as u64, surfaces.columns as u64];
+        let own = format!("{REVISION} {options:?}").into_bytes();
+        let whole = whole.into_iter().chain(sizes).chain(own.into_iter().map(u64::from));
+        let whole = whole.fold(0, |whole, part| hash(whole ^ part));
+        let contents = grid.contents(surfaces, &digests);
+        record = Some(BakeRecord::begin(whole, contents, groups, positions, bricks));
+        prepared = Some(made);
+    }
     let mut transport = Transport::empty(options.degree, options.sky, channels, surfaces.columns);
+    let earlier = earlier.filter(|earlier| earlier.transport.shape() == transport.shape());
+    let fates = record.as_ref().zip(earlier).map(|(record, earlier)| record.fates(bricks, &earlier));
+    let groups = record.as_ref().map_or(0, |record| record.groups.len());
+    let recorded = recorded.map(|grid| (grid, groups));
     let (of_sky, of_emitters) = (rows * columns * channels, rows * 3 * surfaces.columns);
     transport.sky = vec![0.0; positions.len() * of_sky];
     transport.direct = vec![0.0; positions.len() * of_emitters];
     transport.indirect = vec![0.0; positions.len() * of_emitters];
     transport.paths = vec![0; positions.len()];
     transport.errors = vec![0.0; positions.len()];
-    options.in_rounds(positions.len(), stop, caches, &bake, |probe, baked: Baked| {
-        let Baked { sky, emission: [direct, indirect], count, error } = baked;
+    let mut depends: Vec<Dependencies> = bricks.probes.iter().map(|_| Dependencies::new(groups)).collect();
+    let mut is_kept = vec![false; positions.len()];
+    if let (Some(record), Some(earlier)) = (&record, &earlier) {
+        for (brick, fate) in fates.iter().flatten().enumerate() {
+            let Fate::Kept(before) = fate else { continue };
+            depends[brick] = record.dependencies_of_kept(earlier.record, *before);
+            for (own, from) in bricks.probes[brick].iter().zip(&earlier.bricks.probes[*before]) {
+                transport.take_probe(*own as usize, earlier.transport, *from as usize);
+                is_kept[*own as usize] = true;
+            }
+        }
+    }
+    let mut brick_of = vec![0; positions.len()];
+    for (brick, probes) in bricks.probes.iter().enumerate() {
+        probes.iter().for_each(|probe| brick_of[*probe as usize] = brick);
+    }
+    let open: Vec<usize> = (0..positions.len()).filter(|probe| !is_kept[*probe]).collect();
+    let places: Vec<[f32; 3]> = open.iter().map(|probe| positions[*probe]).collect();
+    let bake = BakeTransport { paths: &paths, positions: &places, options, shape, bases: &bases, recorded };
+    let mut prepare = |count| prepared.take().map_or_else(|| caches(count), Ok);
+    options.in_rounds(open.len(), stop, &mut prepare, &bake, |index, baked: Baked| {
+        let probe = open[index];
+        let Baked { sky, emission: [direct, indirect], count, error, depends: own } = baked;
+        if let Some(own) = own {
+            depends[brick_of[probe]].join(&own);
+        }
         for (k, number) in transport.sky[probe * of_sky..][..of_sky].iter_mut().enumerate() {
             let (row, column, channel) = (k / channels / columns, k / channels % columns, k % channels);
             *number = sky[(channel * rows + row) * padded(columns) + column];
@@ -96,12 +175,13 @@ pub fn bake(
         transport.paths[probe] = count;
         transport.errors[probe] = error;
     })?;
-    Ok(transport)
+    let record = record.map(|record| record.finish(&depends));
+    Ok(BakedBricks { transport, record, counts: fates.as_deref().map(BrickCounts::of) })
 }
 
 /// The seed of a probe: that of its place alone.
 pub(crate) fn probe_seed(position: &[f32; 3], seed: u64) -> u64 {
-    position.iter().fold(hash(seed), |seed, x| hash(seed ^ u64::from((x + 0.0).to_bits()))) << 4
+    hash_of(hash(seed), position.map(|x| x + 0.0)) << 4
 }
 
 /// How the transport to a probe is baked.
@@ -111,6 +191,8 @@ struct BakeTransport<'a> {
     options: &'a BakeOptions,
     shape: Shape,
     bases: &'a [Basis; 2],
+    /// The cells of space and the number of groups of points, if dependencies are to be known.
+    recorded: Option<(&'a CellGrid, usize)>,
 }
 
 /// The numbers and the sums of each block of a probe.
@@ -121,13 +203,16 @@ impl<'a> BakeProbe<Option<Vec<Cache>>, Blocks<'a>, Baked> for BakeTransport<'a> 
         let Shape { rows, columns, channels, emitters } = self.shape;
         let sky = channels * rows * padded(columns) * (size_of::<f32>() + size_of::<f64>());
         let emission = 2 * emitters * rows * 3 * size_of::<f64>();
-        BLOCKS * (size_of::<(Numbers, Sums<'_>)>() + sky + emission)
+        let depends = self.recorded.map_or(0, |(_, groups)| groups / 8 + WORDS * size_of::<u64>());
+        BLOCKS * (size_of::<(Numbers, Sums<'_>)>() + sky + emission + depends)
     }
 
     fn start(&self, probe: usize) -> Blocks<'a> {
         let seed = probe_seed(&self.positions[probe], self.options.seed);
-        let block =
-            |block: usize| (Numbers::new(hash(seed ^ block as u64)), Sums::new(self.shape, self.bases));
+        let block = |block: usize| {
+            let depends = self.recorded.map(|(grid, groups)| (grid, Dependencies::new(groups)));
+            (Numbers::new(hash(seed ^ block as u64)), Sums { depends, ..Sums::new(self.shape, self.bases) })
+        };
         (0..BLOCKS).map(block).collect()
     }
 
@@ -162,7 +247,12 @@ impl<'a> BakeProbe<Option<Vec<Cache>>, Blocks<'a>, Baked> for BakeTransport<'a> 
         };
         let emission = [0, 1].map(|k| total(blocks.iter().map(|(_, sums)| &*sums.emission[k]).collect()));
         let sky = total(blocks.iter().map(|(_, sums)| &*sums.sky).collect());
-        Baked { sky, emission, count, error }
+        let own = blocks.into_iter().filter_map(|(_, sums)| sums.depends);
+        let depends = own.map(|(_, depends)| depends).reduce(|mut one, other| {
+            one.join(&other);
+            one
+        });
+        Baked { sky, emission, count, error, depends }
     }
 }
 
@@ -172,6 +262,7 @@ struct Baked {
     emission: [Vec<f32>; 2],
     count: u32,
     error: f32,
+    depends: Option<Dependencies>,
 }
 
 #[derive(Clone, Copy)]
@@ -247,7 +338,7 @@ impl Visitor for SkyAtPoint<'_> {
 
     fn reflects(&mut self, _: &Surfaces<'_>, _: &Place, _: [f32; 3]) {}
 
-    fn cached(&mut self, _: &[f32], _: [f32; 3]) {}
+    fn cached(&mut self, _: &PointOfCache<'_>, _: [f32; 3]) {}
 }
 
 /// The sums of a block of paths.
@@ -264,6 +355,8 @@ struct Sums<'a> {
     sky: Vec<f64>,
     /// Direct and reflected light of emitters: [emitter, row, RGB].
     emission: [Vec<f64>; 2],
+    /// What all of it depends on, if that is to be known.
+    depends: Option<(&'a CellGrid, Dependencies)>,
 }
 
 impl<'a> Sums<'a> {
@@ -279,6 +372,7 @@ impl<'a> Sums<'a> {
             sky_of_few: vec![0.0; length],
             sky: vec![0.0; length],
             emission: [0, 1].map(|_| vec![0.0; emitters * rows * 3]),
+            depends: None,
         }
     }
 
@@ -348,9 +442,16 @@ impl Visitor for Sums<'_> {
 
     fn reflects(&mut self, _: &Surfaces<'_>, _: &Place, _: [f32; 3]) {}
 
-    fn cached(&mut self, light: &[f32], share: [f32; 3]) {
+    fn depends(&mut self) -> Option<(&CellGrid, &mut Dependencies)> {
+        self.depends.as_mut().map(|(grid, depends)| (*grid, depends))
+    }
+
+    fn cached(&mut self, point: &PointOfCache<'_>, share: [f32; 3]) {
         let Shape { rows, columns, channels, .. } = self.shape;
-        let (sky, emission) = light.split_at(channels * padded(columns));
+        if let Some((_, depends)) = &mut self.depends {
+            depends.add_group(point.group);
+        }
+        let (sky, emission) = point.light.split_at(channels * padded(columns));
         let matrices = self.sky_of_few.chunks_exact_mut(rows * padded(columns));
         for ((matrix, row), share) in matrices.zip(sky.chunks_exact(padded(columns))).zip(share) {
             add_product(matrix, &self.first, share, row);

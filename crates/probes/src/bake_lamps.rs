@@ -9,7 +9,7 @@ use crate::bake::{double, probe_seed};
 use crate::irradiance_cache::{Cache, CacheOptions, PointLight};
 use crate::lamp::Lamp;
 use crate::options::{BLOCKS, BakeError, BakeOptions, BakeProbe, relative_error};
-use crate::paths::{Numbers, Paths, Visitor};
+use crate::paths::{Numbers, Paths, PointOfCache, Visitor};
 use crate::random::hash;
 use crate::surfaces::{Place, Surfaces};
 
@@ -53,7 +53,8 @@ pub fn bake_lamp(
         let (points, rays) = BakeOptions::cache_size(count, surfaces.parts.triangles.len());
         let cache = |block: usize| {
             let seed = hash(options.seed) ^ block as u64;
-            let options = CacheOptions { points, rays, seed, with_direct: false, channels: &[0, 1, 2] };
+            let options =
+                CacheOptions { points, rays, seed, with_direct: false, channels: &[0, 1, 2], cells: None };
             Cache::new(&paths, &options, || LampAtPoint { lamp, numbers: [0.0; 3] }, stop)
         };
         Ok(Some((0..BLOCKS).map(cache).collect::<Result<Vec<_>, _>>()?))
@@ -198,7 +199,7 @@ impl Visitor for LampAtPoint<'_> {
         }
     }
 
-    fn cached(&mut self, _: &[f32], _: [f32; 3]) {}
+    fn cached(&mut self, _: &PointOfCache<'_>, _: [f32; 3]) {}
 }
 
 /// The sums of a block of paths.
@@ -227,8 +228,8 @@ impl Visitor for Sums<'_> {
         }
     }
 
-    fn cached(&mut self, light: &[f32], share: [f32; 3]) {
-        self.add([0, 1, 2].map(|channel| share[channel] * light[channel]));
+    fn cached(&mut self, point: &PointOfCache<'_>, share: [f32; 3]) {
+        self.add([0, 1, 2].map(|channel| share[channel] * point.light[channel]));
     }
 }
 

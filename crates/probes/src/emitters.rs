@@ -7,6 +7,7 @@
 
 use glam::Vec3;
 
+use crate::random::hash;
 use crate::surfaces::Surfaces;
 
 /// The share of the surface of a scene from which on an emitter is large.
@@ -75,6 +76,15 @@ impl Emitters {
         }
         let rays_each = MOST_RAYS as f32 / (small.len() as f32).max(MOST_RAYS as f32);
         Self { small, of_column, rays_each }
+    }
+
+    /// A hash of all that they are, with hashes of all triangles.
+    pub(crate) fn digest(&self, triangles: &[u64]) -> u64 {
+        let of_emitter = |emitter: &Emitter| {
+            let own = emitter.triangles.iter().map(|triangle| triangles[*triangle as usize]);
+            own.fold(emitter.column as u64, |digest, triangle| hash(digest ^ triangle))
+        };
+        self.small.iter().map(of_emitter).fold(0, |digest, emitter| hash(digest ^ emitter))
     }
 
     /// The shadow rays that a vertex casts.

@@ -18,13 +18,16 @@
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Range;
 
+use glam::Vec3;
 use rayon::prelude::*;
 use sampling::PointsOfFour;
 use sh::{Stop, Stopped};
 
+use crate::bricks::{PointGroups, connected};
+use crate::cells::CellGrid;
 use crate::material::MOST_ALBEDO;
-use crate::paths::{AtPlace, CachedLight, Met, PathRay, Paths, Visitor, around};
-use crate::random::{hash, share_of};
+use crate::paths::{AtPlace, CachedLight, Met, PathRay, Paths, PointOfCache, Visitor, around};
+use crate::random::{hash, hash_of, share_of};
 use crate::surface_points::{Sequence, SurfacePoints};
 use crate::surfaces::{Place, Surfaces};
 
@@ -59,6 +62,8 @@ pub(crate) struct Cache {
     length: usize,
     /// The rays of a point.
     rays: u32,
+    /// The groups of the points, if dependencies are to be known.
+    pub(crate) groups: Option<PointGroups>,
 }
 
 /// How the light of points is computed.
@@ -72,6 +77,8 @@ pub(crate) struct CacheOptions<'a> {
     pub(crate) with_direct: bool,
     /// The channel of each number of a point.
     pub(crate) channels: &'a [u8],
+    /// The cells of space, if it is to be known what light at probes depends on.
+    pub(crate) cells: Option<&'a CellGrid>,
 }
 
 /// Collects the light that arrives at a point straight from sources, in the numbers of a point.
@@ -139,33 +146,70 @@ impl Cache {
                 break;
             }
         }
+        let parts = options.cells.map(|_| parts_of_scene(&traced));
         let mut light = bounced(traced, &albedo, options, paths.bounces, stop)?;
         for light in &mut light {
             light.truncate(own * length);
             light.shrink_to_fit();
         }
-        Ok(Self { points, light, has_all: paths.bounces.is_none(), length, rays: options.rays })
+        let groups = options.cells.zip(parts).map(|(grid, parts)| {
+            let places = points.all().map(|(place, _)| place.position);
+            let points: Vec<(u32, Vec3)> = parts.into_iter().zip(places).collect();
+            PointGroups::new(grid, &points, |point| {
+                let own = light.iter().flat_map(|light| &light[point * length..][..length]);
+                hash_of(options.seed, own.copied())
+            })
+        });
+        Ok(Self { points, light, has_all: paths.bounces.is_none(), length, rays: options.rays, groups })
+    }
+
+    /// A hash of the sizes of points.
+    pub(crate) fn digest(&self) -> u64 {
+        hash_of(u64::from(self.rays), [self.points.area, self.points.most])
     }
 }
 
 impl CachedLight for Cache {
-    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> AtPlace<'_> {
+    fn find(
+        &self,
+        surfaces: &Surfaces<'_>,
+        met: &Met,
+        reflections: u32,
+        directions: f32,
+        visitor: &mut impl Visitor,
+    ) -> AtPlace<'_> {
         let Some(light) = self.light.get(if self.has_all { 0 } else { reflections as usize }) else {
             return AtPlace::Nothing;
         };
         if directions * self.points.area * met.cosine > self.rays as f32 * met.distance * met.distance {
             return AtPlace::TooCoarse;
         }
+        if let Some((grid, depends)) = visitor.depends() {
+            let [least, most] = self.points.box_of_find(surfaces, &met.place);
+            depends.cells.add_box(grid, least, most);
+        }
         let point = self.points.find(surfaces, &met.place);
-        let light = point.and_then(|point| light.get(point * self.length..(point + 1) * self.length));
+        let light = point.and_then(|point| {
+            let light = light.get(point * self.length..(point + 1) * self.length)?;
+            let group = self.groups.as_ref().and_then(|groups| groups.of.get(point));
+            Some(PointOfCache { light, group: group.copied().unwrap_or(0) })
+        });
         light.map_or(AtPlace::Nothing, AtPlace::Light)
     }
 }
 
+/// For each point the first of those between which light goes, if not straight then by others.
+fn parts_of_scene(traced: &[Traced]) -> Vec<u32> {
+    let links = traced.iter().zip(0..).flat_map(|(point, own)| {
+        let links = point.links.iter().copied().chain(point.tinted.iter().map(|(link, _)| *link));
+        links.map(move |link| (own, link))
+    });
+    connected(traced.len(), links)
+}
+
 /// The seed of a point: that of its place.
 fn place_seed(place: &Place, seed: u64) -> u64 {
-    let seed = place.position.to_array().iter().fold(seed, |seed, x| hash(seed ^ u64::from(x.to_bits())));
-    hash(seed ^ u64::from(place.normal.x.to_bits()))
+    hash_of(seed, place.position.to_array().into_iter().chain([place.normal.x]))
 }
 
 impl Paths<'_> {
@@ -241,7 +285,7 @@ fn bounced(
     let mut before = sizes(&light, length);
     let mut next = vec![0.0; light.len()];
     let mut sum_before = vec![0.0; if bounces.is_some() { sum.len() } else { 0 }];
-    for _ in 1..bounces.unwrap_or(MOST_BOUNCES) {
+    for reflection in 1..bounces.unwrap_or(MOST_BOUNCES) {
         stop.check()?;
         if bounces.is_some() {
             sum_before.copy_from_slice(&sum);
@@ -268,10 +312,9 @@ fn bounced(
         });
         std::mem::swap(&mut light, &mut next);
         sum.par_iter_mut().zip(&light).for_each(|(sum, number)| *sum += number);
-        if bounces.is_none() {
+        if bounces.is_none() && is_step(reflection) {
             let now = sizes(&light, length);
             let rest = rests(&before, &now, &sizes(&sum, length));
-            before = now;
             if let Some(rest) = rest {
                 for ((sum, light), rest) in
                     sum.chunks_exact_mut(length).zip(light.chunks_exact(length)).zip(rest)
@@ -281,8 +324,17 @@ fn bounced(
                 break;
             }
         }
+        if bounces.is_none() && is_step(reflection + 1) {
+            before = sizes(&light, length);
+        }
     }
     Ok(if bounces.is_none() { vec![sum] } else { vec![sum, sum_before] })
+}
+
+/// Whether the series may end after so many reflections: a power of two, or half as many more. The light of
+/// a room then does not depend on when that of another one is small enough.
+fn is_step(reflections: u32) -> bool {
+    reflections.is_power_of_two() || reflections.is_multiple_of(3) && (reflections / 3).is_power_of_two()
 }
 
 /// The sum of the magnitudes of the numbers of each point.

@@ -9,6 +9,8 @@
 
 mod bake;
 mod bake_lamps;
+mod bricks;
+mod cells;
 mod closed;
 mod cpca;
 mod emitters;
@@ -35,9 +37,10 @@ mod transport;
 mod validity;
 mod volume;
 
-pub use bake::{bake, transport_bytes};
+pub use bake::{BakedBricks, bake, bake_bricks, transport_bytes};
 pub use bake_lamps::{LampColumns, bake_lamp};
 pub use brdf::Wrap;
+pub use bricks::{BakeRecord, BrickCounts, Bricks, EarlierBake};
 pub use cpca::ClusteredComponents;
 pub use lamp::{Lamp, LampError, LampKind};
 pub use leaks::{Blend, LEAK_POINTS, Leak, Leaks, leaks};

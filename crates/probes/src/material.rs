@@ -1,5 +1,6 @@
 //! Matte surfaces: what they reflect, emit and let through.
 
+use crate::random::hash;
 use crate::texture::TextureUse;
 
 /// The highest albedo: in a closed room whose walls reflect everything, light never ends.
@@ -93,6 +94,23 @@ impl Material {
         .into_iter()
         .find(|(is_right, _)| !is_right)
         .map(|(_, what)| what)
+    }
+
+    /// A hash of what light sees of it, for hashes of the scene's textures.
+    pub(crate) fn digest(&self, textures: &[u64]) -> u64 {
+        let Self { name: _, base, base_texture, metallic, metallic_texture, .. } = self;
+        let Self { emission, alpha, transmission, is_double_sided, is_unlit, .. } = self;
+        let how = |how: &Option<TextureUse>| {
+            how.map(|TextureUse { texture, wrap, is_nearest }| {
+                (textures.get(texture as usize).copied(), wrap, is_nearest)
+            })
+        };
+        let emission = emission.map(|Emission { radiance, texture }| (radiance, how(&texture)));
+        let all = (
+            (base, how(base_texture), metallic, how(metallic_texture)),
+            (emission, alpha, transmission, is_double_sided, is_unlit),
+        );
+        format!("{all:?}").bytes().fold(0, |digest, byte| hash(digest ^ u64::from(byte)))
     }
 
     /// Whether every ray that meets it ends there.

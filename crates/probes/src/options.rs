@@ -100,6 +100,11 @@ impl BakeOptions {
         }
     }
 
+    /// The paths of a probe in the first round.
+    pub(crate) fn first_paths(&self) -> u32 {
+        self.paths.clamp(BLOCKS as u32, 1 << 28).next_multiple_of(BLOCKS as u32)
+    }
+
     /// About how often a bake of some probes asks whether to stop, without [`BakeOptions::error`].
     pub fn steps(&self, probes: usize) -> usize {
         probes + if self.bounces == Some(0) { 0 } else { BLOCKS * STEPS }
@@ -115,7 +120,7 @@ impl BakeOptions {
         &self,
         count: usize,
         stop: Stop<'_>,
-        prepare: impl Fn(u32) -> Result<C, BakeError>,
+        mut prepare: impl FnMut(u32) -> Result<C, BakeError>,
         bake: &(impl BakeProbe<C, S, B> + Sync),
         mut keep: impl FnMut(usize, B),
     ) -> Result<(), BakeError> {
@@ -150,7 +155,7 @@ impl BakeOptions {
             }
             Ok::<_, BakeError>(open)
         };
-        let first = self.paths.clamp(blocks, 1 << 28).div_ceil(blocks);
+        let first = self.first_paths() / blocks;
         let at_once = (OPEN_BYTES / bake.state_bytes().max(1) / 2).max(1);
         let mut next = 0;
         let mut of_first = Some(prepare(first * blocks)?);

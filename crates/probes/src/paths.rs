@@ -18,6 +18,8 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use glam::Vec3;
 use sampling::PointsOfFour;
 
+use crate::bricks::Dependencies;
+use crate::cells::CellGrid;
 use crate::emitters::Emitters;
 use crate::random::hash;
 use crate::surfaces::{Place, Surfaces};
@@ -54,20 +56,39 @@ pub(crate) trait Visitor {
     fn reflects(&mut self, surfaces: &Surfaces<'_>, place: &Place, share: [f32; 3]);
 
     /// A share of the light of a point of the cache arrives from the first direction.
-    fn cached(&mut self, light: &[f32], share: [f32; 3]);
+    fn cached(&mut self, light: &PointOfCache<'_>, share: [f32; 3]);
+
+    /// What the light depends on, if that is to be known.
+    fn depends(&mut self) -> Option<(&CellGrid, &mut Dependencies)> {
+        None
+    }
 }
 
 /// Light of points on surfaces, of all reflections that paths may have.
 pub(crate) trait CachedLight {
     /// The light of the point that stands for the place that a ray met after some reflections; `directions`
     /// is how many rays from the same place there are in a steradian.
-    fn find(&self, surfaces: &Surfaces<'_>, met: &Met, reflections: u32, directions: f32) -> AtPlace<'_>;
+    fn find(
+        &self,
+        surfaces: &Surfaces<'_>,
+        met: &Met,
+        reflections: u32,
+        directions: f32,
+        visitor: &mut impl Visitor,
+    ) -> AtPlace<'_>;
+}
+
+/// A point of the cache.
+pub(crate) struct PointOfCache<'a> {
+    pub(crate) light: &'a [f32],
+    /// The group that it belongs to.
+    pub(crate) group: u32,
 }
 
 /// What the cache knows of a place.
 pub(crate) enum AtPlace<'a> {
     /// The light of the point that stands for it.
-    Light(&'a [f32]),
+    Light(PointOfCache<'a>),
     /// More rays from one place meet its point than the point has rays of its own.
     TooCoarse,
     /// No point stands for it.
@@ -186,7 +207,8 @@ impl Paths<'_> {
             for number in 0..emitters.rays() {
                 let seen = emitters.seen_from(self.surfaces, from, number, [a, b, c]);
                 let Some(seen) = seen else { continue };
-                let Some(left) = self.surfaces.between(from, seen.direction, seen.distance) else { continue };
+                let left = self.between(from, seen.direction, seen.distance, visitor);
+                let Some(left) = left else { continue };
                 let weight = seen.density / (seen.density + ray.density);
                 let share = [0, 1, 2].map(|channel| left[channel] * seen.emission[channel] * weight);
                 visitor.emission_from(seen.direction, seen.column, share);
@@ -197,12 +219,12 @@ impl Paths<'_> {
             return;
         }
         let known = cache.map_or(AtPlace::Nothing, |(cache, rays)| {
-            cache.find(self.surfaces, &met, 0, rays as f32 * 0.25 * FRAC_1_PI)
+            cache.find(self.surfaces, &met, 0, rays as f32 * 0.25 * FRAC_1_PI, visitor)
         });
         self.reflect(&mut ray, &met, visitor);
         let cache = cache.map(|(cache, _)| cache);
         match known {
-            AtPlace::Light(light) => visitor.cached(light, ray.throughput),
+            AtPlace::Light(light) => visitor.cached(&light, ray.throughput),
             AtPlace::Nothing => {
                 let numbers = (&numbers.whole, index);
                 self.go_on(ray, met, [next_u, next_v], numbers, cache, visitor);
@@ -247,10 +269,10 @@ impl Paths<'_> {
             if self.bounces.is_some_and(|most| ray.reflections >= most) {
                 return;
             }
-            let known = cache.map(|cache| cache.find(self.surfaces, &met, ray.reflections, 0.0));
+            let known = cache.map(|cache| cache.find(self.surfaces, &met, ray.reflections, 0.0, visitor));
             self.reflect(&mut ray, &met, visitor);
             if let Some(AtPlace::Light(light)) = known {
-                return visitor.cached(light, ray.throughput);
+                return visitor.cached(&light, ray.throughput);
             }
             [u, v, chance, _] = numbers.after(ray.reflections, 1, index);
         }
@@ -267,6 +289,10 @@ impl Paths<'_> {
     pub(crate) fn meet(&self, ray: &mut PathRay, visitor: &mut impl Visitor) -> Option<Met> {
         let (hit, left) = self.surfaces.closest(ray.origin, ray.direction, ray.passing);
         ray.throughput = times(ray.throughput, left);
+        if let Some((grid, depends)) = visitor.depends() {
+            let distance = hit.map_or(f32::INFINITY, |hit| hit.distance);
+            depends.cells.add_ray(grid, ray.origin, ray.direction, distance);
+        }
         let Some(hit) = hit else {
             visitor.sky(ray.direction, ray.throughput);
             return None;
@@ -289,6 +315,22 @@ impl Paths<'_> {
         (met.largest_albedo() > 0.0).then_some(met)
     }
 
+    /// What of the light between two places arrives, RGB; `None` if it is nothing.
+    fn between(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        distance: f32,
+        visitor: &mut impl Visitor,
+    ) -> Option<[f32; 3]> {
+        let left = self.surfaces.between(origin, direction, distance);
+        if let Some((grid, depends)) = visitor.depends() {
+            let free = || self.surfaces.blocked_after(origin, direction, distance);
+            depends.cells.add_ray(grid, origin, direction, left.map_or_else(free, |_| distance));
+        }
+        left
+    }
+
     /// Casts shadow rays to emitters from a place that reflects `ray`'s light.
     pub(crate) fn sample_emitters(
         &self,
@@ -307,7 +349,8 @@ impl Paths<'_> {
             if cosine <= 0.0 {
                 continue;
             }
-            let Some(left) = self.surfaces.between(origin, seen.direction, seen.distance) else { continue };
+            let left = self.between(origin, seen.direction, seen.distance, visitor);
+            let Some(left) = left else { continue };
             let weight = FRAC_1_PI * cosine * seen.density / (seen.density + cosine * FRAC_1_PI);
             let share = times(ray.throughput, times(left, seen.emission.map(|e| e * weight)));
             visitor.emission(seen.column, share, ray.reflections);

@@ -8,6 +8,11 @@ pub(crate) fn hash(number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// A hash of numbers, bit by bit, and of a seed.
+pub(crate) fn hash_of(seed: u64, numbers: impl IntoIterator<Item = f32>) -> u64 {
+    numbers.into_iter().fold(seed, |seed, number| hash(seed ^ u64::from(number.to_bits())))
+}
+
 /// A hash as a number in [0, 1).
 pub(crate) fn share_of(hash: u64) -> f32 {
     (hash >> 40) as f32 / (1_u64 << 24) as f32

@@ -8,11 +8,12 @@
 //! a place and its point: light does not pass walls from one to the other.
 //!
 //! The points of a triangle depend on a seed and its own corners: what changes elsewhere leaves them where
-//! they are. The area of a point is a power of two, so that it stays as well.
+//! they are. The area of a point and the most points of a triangle are powers of two, so that they stay as
+//! well; and of two points that are as near to a place, the grid has no part in which of them is taken.
 
 use glam::Vec3;
 
-use crate::random::{hash, share_of};
+use crate::random::{hash, hash_of, share_of};
 use crate::surfaces::{Place, Surfaces};
 
 /// The largest share of the points that lies on one triangle. The ground of a level may be a thousand times
@@ -54,6 +55,8 @@ pub(crate) struct SurfacePoints {
     reach: f32,
     /// The area that a point stands for, in square metres.
     pub(crate) area: f32,
+    /// The most points of a triangle, about.
+    pub(crate) most: f32,
 }
 
 /// A seed for the numbers of a point, and its place among the points of the same seed.
@@ -78,15 +81,14 @@ impl SurfacePoints {
         let area = |triangle: u32| 0.5 * f64::from(surfaces.twice_normal(triangle).length());
         let area = |triangle: u32| Some(area(triangle)).filter(|area| area.is_finite()).unwrap_or(0.0);
         let areas: Vec<f64> = triangles.clone().map(area).collect();
-        let area = area_of_each(&areas, count);
-        let most = LARGEST_SHARE * count as f64;
+        let most = LARGEST_SHARE * power_of_two(count as f64);
+        let area = area_of_each(&areas, count, most);
         let (mut places, mut small, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
         let mut sequences = Vec::new();
         for triangle in triangles {
             let own = areas[triangle as usize] / area;
             let corners = surfaces.parts.triangles[triangle as usize];
-            let seed =
-                corners.as_flattened().iter().fold(seed, |seed, x| hash(seed ^ u64::from(x.to_bits())));
+            let seed = hash_of(seed, corners.into_iter().flatten());
             let sides = 1 + u64::from(surfaces.material(triangle).is_double_sided);
             let is_large = own >= 1.0;
             let mut halvings = 0;
@@ -124,9 +126,9 @@ impl SurfacePoints {
         let reach = REACH * (area as f32).sqrt();
         let scale = 1.0 / (2.0 * reach).max(extent.max_element() / MOST_CELLS);
         let counts = extent.to_array().map(|extent| (extent * scale) as usize + 1);
-        let area = area as f32;
+        let (area, most, first) = (area as f32, most as f32, Vec::new());
         let mut points =
-            Self { places, sequences, of_triangle, first: Vec::new(), least, counts, scale, reach, area };
+            Self { places, sequences, of_triangle, first, least, counts, scale, reach, area, most };
         points.add_small(small);
         points
     }
@@ -161,17 +163,44 @@ impl SurfacePoints {
         self.places.iter().copied().zip(self.sequences.iter().copied())
     }
 
+    /// A box around all that the point which stands for a place depends on: other points that are as near, and
+    /// what may be in between.
+    pub(crate) fn box_of_find(&self, surfaces: &Surfaces<'_>, place: &Place) -> [Vec3; 2] {
+        let (at, own) = (place.position, self.of_triangle.get(place.triangle as usize));
+        let (one, other) = match own {
+            None | Some(OfTriangle::None) => (at, at),
+            Some(OfTriangle::Small) => (at - self.reach, at + self.reach),
+            Some(OfTriangle::Parts { .. }) => {
+                let other =
+                    self.point_of_part(surfaces, place).map_or(at, |point| self.places[point].position);
+                (at.min(other), at.max(other))
+            }
+        };
+        // The way goes over a point above its middle, by an eighth of its length.
+        let beyond = 0.25 * (other - one).length() + 2.0 * place.clearance;
+        [one - beyond, other + beyond]
+    }
+
+    /// The point of the part of a large triangle in which a place is.
+    fn point_of_part(&self, surfaces: &Surfaces<'_>, place: &Place) -> Option<usize> {
+        let &OfTriangle::Parts { first, halvings } = self.of_triangle.get(place.triangle as usize)? else {
+            return None;
+        };
+        let corners = &surfaces.parts.triangles[place.triangle as usize];
+        let is_back = surfaces.twice_normal(place.triangle).dot(place.normal) < 0.0;
+        let part = part_of(corners, place.weights, halvings);
+        let point = (first + (u32::from(is_back) << halvings) + part) as usize;
+        (point < self.places.len()).then_some(point)
+    }
+
     /// The point that stands for a place.
     pub(crate) fn find(&self, surfaces: &Surfaces<'_>, place: &Place) -> Option<usize> {
         match *self.of_triangle.get(place.triangle as usize)? {
             OfTriangle::None => None,
             OfTriangle::Small => self.nearest(surfaces, place),
-            OfTriangle::Parts { first, halvings } => {
-                let corners = &surfaces.parts.triangles[place.triangle as usize];
-                let is_back = surfaces.twice_normal(place.triangle).dot(place.normal) < 0.0;
-                let part = part_of(corners, place.weights, halvings);
-                let point = (first + (u32::from(is_back) << halvings) + part) as usize;
-                sees(surfaces, place, self.places.get(point)?).then_some(point)
+            OfTriangle::Parts { .. } => {
+                let point = self.point_of_part(surfaces, place)?;
+                sees(surfaces, place, &self.places[point]).then_some(point)
             }
         }
     }
@@ -181,6 +210,10 @@ impl SurfacePoints {
         let reach = self.reach;
         let [least, most] = [-reach, reach].map(|reach| self.cell(place.position + Vec3::splat(reach)));
         let mut nearest = [(reach * reach, usize::MAX); CANDIDATES];
+        let is_before = |squared: f32, index: usize, (others, other): (f32, usize)| {
+            let position = |index: usize| self.places.get(index).map(|place| place.position.to_array());
+            squared < others || squared == others && position(index) < position(other)
+        };
         for z in least[2]..=most[2] {
             for y in least[1]..=most[1] {
                 let line = (z * self.counts[1] + y) * self.counts[0];
@@ -189,7 +222,8 @@ impl SurfacePoints {
                     let other = &self.places[index];
                     let way = other.position - place.position;
                     let squared = way.length_squared();
-                    if squared >= nearest[CANDIDATES - 1].0 || place.normal.dot(other.normal) < LEAST_COSINE {
+                    let is_near = is_before(squared, index, nearest[CANDIDATES - 1]);
+                    if !is_near || place.normal.dot(other.normal) < LEAST_COSINE {
                         continue;
                     }
                     let out = way.dot(place.normal).abs() - place.clearance - other.clearance;
@@ -197,7 +231,7 @@ impl SurfacePoints {
                         continue;
                     }
                     let mut last = CANDIDATES - 1;
-                    while last > 0 && nearest[last - 1].0 > squared {
+                    while last > 0 && is_before(squared, index, nearest[last - 1]) {
                         nearest[last] = nearest[last - 1];
                         last -= 1;
                     }
@@ -212,12 +246,10 @@ impl SurfacePoints {
 }
 
 /// The area that each point stands for: a power of two for which there are at least `count` points, or a
-/// quarter of them beside those of the largest triangles, if there is an area beside them.
-fn area_of_each(areas: &[f64], count: usize) -> f64 {
-    let most = LARGEST_SHARE * count as f64;
+/// quarter of them beside those of the triangles with `most` or more, if there is an area beside them.
+fn area_of_each(areas: &[f64], count: usize, most: f64) -> f64 {
     let all: f64 = areas.iter().sum();
-    let power_of_two = |x: f64| f64::from_bits(x.to_bits() & (0x7ff << 52)).max(1e-30);
-    let mut area = power_of_two(all / count as f64);
+    let mut area = power_of_two(all / count as f64).max(1e-30);
     loop {
         let others: f64 = areas.iter().filter(|own| **own < most * area).sum();
         if others / area >= 0.25 * count as f64 || others <= 1e-4 * all {
@@ -225,6 +257,11 @@ fn area_of_each(areas: &[f64], count: usize) -> f64 {
         }
         area *= 0.5;
     }
+}
+
+/// The power of two that is at most x and more than half of it.
+fn power_of_two(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & (0x7ff << 52))
 }
 
 /// Whether nothing is between two places on surfaces that face about the same way.

@@ -1,12 +1,15 @@
 //! The surfaces of a scene as rays meet them: which they pass, what they reflect, and how they emit.
 
+use std::cmp::Ordering;
+
 use glam::Vec3;
+use rayon::prelude::*;
 use transfer::{RayCaster, RayHit};
 
 use crate::material::{Alpha, Emission, MOST_ALBEDO, Material};
-use crate::random::{hash, share_of};
+use crate::random::{hash_of, share_of};
 use crate::scene::{Corner, Scene, SceneParts};
-use crate::texture::{Levels, TextureUse};
+use crate::texture::{Levels, Texture, TextureUse};
 
 /// A scene that rays may be cast into.
 pub struct Surfaces<'a> {
@@ -44,6 +47,25 @@ impl Place {
     }
 }
 
+/// What surfaces let pass that a ray goes through, each at its distance.
+#[derive(Default)]
+struct Passed(Vec<(f32, [f32; 3])>);
+
+impl Passed {
+    fn add(&mut self, hit: &RayHit, passing: [f32; 3]) {
+        if passing != [1.0; 3] && passing != [0.0; 3] {
+            self.0.push((hit.distance, passing));
+        }
+    }
+
+    /// What all of them leave of the ray's light. A tree finds them in an order of its own, which has no part
+    /// in how the product is rounded.
+    fn left(mut self) -> [f32; 3] {
+        self.0.sort_by(|one, other| one.partial_cmp(other).unwrap_or(Ordering::Equal));
+        self.0.iter().fold([1.0; 3], |left, (_, passing)| [0, 1, 2].map(|k| left[k] * passing[k]))
+    }
+}
+
 impl<'a> Surfaces<'a> {
     /// The surfaces of a scene, in a tree.
     pub fn new(scene: &'a Scene) -> Self {
@@ -60,6 +82,23 @@ impl<'a> Surfaces<'a> {
             columns: emitters.len(),
             is_grey: scene.is_grey(),
         }
+    }
+
+    /// For each triangle, a hash of all that light sees of it.
+    pub(crate) fn digests(&self) -> impl Iterator<Item = u64> {
+        let textures: Vec<u64> = self.parts.textures.par_iter().map(Texture::digest).collect();
+        let material = |material: &Material| material.digest(&textures);
+        let materials: Vec<u64> = self.parts.materials.iter().map(material).collect();
+        let parts = self.parts;
+        (0..parts.triangles.len()).map(move |triangle| {
+            let material = materials[parts.material_of[triangle] as usize];
+            let digest = hash_of(material, parts.triangles[triangle].into_iter().flatten());
+            let corners = parts.attributes.get(parts.attributes_of[triangle] as usize).into_iter().flatten();
+            corners.fold(digest, |digest, Corner { color, base, emission, metallic }| {
+                let numbers = color.iter().chain(base).chain(emission).chain(metallic);
+                hash_of(digest, numbers.copied())
+            })
+        })
     }
 
     /// The channels of the transport from the sky: 1 if all surfaces are grey, else 3.
@@ -152,45 +191,51 @@ impl<'a> Surfaces<'a> {
         if self.is_opaque {
             return (self.caster.closest(origin, direction, |_| true), [1.0; 3]);
         }
-        let chance = |hit: &RayHit| share_of(hash(seed ^ (u64::from(hit.triangle) << 20)));
+        let corners = |hit: &RayHit| self.parts.triangles[hit.triangle as usize].into_iter().flatten();
+        let chance = |hit: &RayHit| share_of(hash_of(seed, corners(hit)));
         // The mean of what passes is the chance to pass it; the light that does takes its colour.
         let mean = |[red, green, blue]: [f32; 3]| (red + green + blue) / 3.0;
         let meets = |hit: &RayHit| {
             let material = self.material(hit.triangle);
             material.is_opaque() || {
                 let passing = mean(self.passing(hit));
-                passing < 1.0 && chance(hit) >= passing
+                passing <= 0.0 || passing < 1.0 && chance(hit) >= passing
             }
         };
         let hit = self.caster.closest(origin, direction, meets);
-        let mut left = [1.0; 3];
+        let mut passed = Passed::default();
         let reach = hit.map_or(f32::INFINITY, |hit| hit.distance);
         // What was passed before the hit: only colours matter.
-        self.caster.is_blocked(origin, direction, reach, |passed| {
-            if self.material(passed.triangle).transmission > 0.0 && passed.distance < reach {
-                let passing = self.passing(passed);
+        self.caster.is_blocked(origin, direction, reach, |surface| {
+            if self.material(surface.triangle).transmission > 0.0 && surface.distance < reach {
+                let passing = self.passing(surface);
                 let mean = mean(passing);
-                if mean > 0.0 && chance(passed) < mean {
-                    left = [0, 1, 2].map(|channel| left[channel] * passing[channel] / mean);
+                if mean > 0.0 && chance(surface) < mean {
+                    passed.add(surface, passing.map(|passing| passing / mean));
                 }
             }
             false
         });
-        (hit, left)
+        (hit, passed.left())
     }
 
     /// What of the light between two places arrives, RGB; `None` if it is nothing.
     pub(crate) fn between(&self, origin: Vec3, direction: Vec3, distance: f32) -> Option<[f32; 3]> {
-        let mut left = [1.0; 3];
+        let mut passed = Passed::default();
         let is_blocked = self.caster.is_blocked(origin, direction, distance, |hit| {
-            if self.is_opaque {
-                return true;
-            }
-            let passing = self.passing(hit);
-            left = [0, 1, 2].map(|channel| left[channel] * passing[channel]);
-            left == [0.0; 3]
+            let passing = if self.is_opaque { [0.0; 3] } else { self.passing(hit) };
+            passed.add(hit, passing);
+            passing == [0.0; 3]
         });
-        (!is_blocked).then_some(left)
+        if is_blocked { None } else { Some(passed.left()).filter(|left| *left != [0.0; 3]) }
+    }
+
+    /// Where [`Surfaces::between`] finds nothing that arrives: the distance of the first surface that lets
+    /// nothing pass, or all the way if it is several that do so together.
+    pub(crate) fn blocked_after(&self, origin: Vec3, direction: Vec3, distance: f32) -> f32 {
+        let hit =
+            self.caster.closest(origin, direction, |hit| self.is_opaque || self.passing(hit) == [0.0; 3]);
+        hit.map_or(distance, |hit| hit.distance.min(distance))
     }
 
     /// The place of a hit.

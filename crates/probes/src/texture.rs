@@ -4,6 +4,8 @@
 use brdf::Wrap;
 use rayon::prelude::*;
 
+use crate::random::hash;
+
 /// A picture of a scene: linear RGB and alpha, row by row from the top, 65535 for 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
@@ -40,6 +42,15 @@ impl Texture {
     /// The texels, row by row from the top.
     pub fn texels(&self) -> &[[u16; 4]] {
         &self.texels
+    }
+
+    /// A hash of the texels.
+    pub(crate) fn digest(&self) -> u64 {
+        let word = |&[red, green, blue, alpha]: &[u16; 4]| {
+            [green, blue, alpha].iter().fold(u64::from(red), |word, code| word << 16 | u64::from(*code))
+        };
+        let size = self.size.map(|side| side as u64);
+        size.into_iter().chain(self.texels.iter().map(word)).fold(0, |digest, word| hash(digest ^ word))
     }
 
     /// Whether red, green and blue are the same in every texel.

@@ -71,6 +71,25 @@ impl Transport {
         Self { degree, sky_degree, channels, emitters, sky, direct, indirect, paths, errors }
     }
 
+    /// The degrees, channels and emitters.
+    pub(crate) fn shape(&self) -> [usize; 4] {
+        [self.degree.get(), self.sky_degree.get(), self.channels, self.emitters]
+    }
+
+    /// Takes over what arrives at a probe of another transport, which has the same shape.
+    pub(crate) fn take_probe(&mut self, own: usize, other: &Self, probe: usize) {
+        let rows = self.degree.rows();
+        let (of_sky, of_emitters) = (rows * self.sky_degree.rows() * self.channels, 3 * rows * self.emitters);
+        for (to, from, length) in [
+            (&mut self.sky, &other.sky, of_sky),
+            (&mut self.direct, &other.direct, of_emitters),
+            (&mut self.indirect, &other.indirect, of_emitters),
+        ] {
+            to[own * length..][..length].copy_from_slice(&from[probe * length..][..length]);
+        }
+        (self.paths[own], self.errors[own]) = (other.paths[probe], other.errors[probe]);
+    }
+
     /// The number of probes.
     pub fn len(&self) -> usize {
         self.paths.len()

@@ -4,11 +4,15 @@
 //! (Wald, Benthin and Boulos, "Getting rid of packets", 2008), so that each step is four-wide without the
 //! rays having anything in common. Single precision; a ray may hit a triangle 1e-5 of its size beyond its
 //! edges, so that none passes between two triangles with a common edge.
+//!
+//! What a ray meets does not depend on the tree, nor on triangles that it does not come near: boxes are wide
+//! enough for all places at which a ray hits a triangle in them.
 
-use glam::{Vec3, Vec4};
+use glam::{Vec3, Vec3A, Vec4};
 use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
+use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::ray::safe_inverse;
 use obvhs::triangle::Triangle;
@@ -122,7 +126,11 @@ impl RayCaster {
         }
         let params =
             BvhBuildParams { pre_split: false, max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
-        let tree = build_bvh2_from_tris(&solid, params, &mut std::time::Duration::default());
+        let corners = |Triangle { v0, v1, v2 }: &Triangle| [*v0, *v1, *v2];
+        let largest =
+            solid.iter().flat_map(corners).fold(0.0, |most, corner| corner.abs().max_element().max(most));
+        let boxes: Vec<Aabb> = solid.iter().map(|triangle| around(&corners(triangle), largest)).collect();
+        let tree = build_bvh2(&boxes, params, &mut std::time::Duration::default());
         caster.collapse(&tree, &solid, &indices);
         caster
     }
@@ -292,6 +300,15 @@ impl RayCaster {
         let size = self.sizes.get(triangle as usize).copied().unwrap_or(0.0);
         ROUNDINGS * 0.5 * f32::EPSILON * (position.abs().max_element() + size)
     }
+}
+
+/// A box around all places at which a ray may hit a triangle, in a scene whose largest coordinate is this.
+fn around(corners: &[Vec3A; 3], largest: f32) -> Aabb {
+    let [a, b, c] = *corners;
+    let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+    let rounding = 2.0 * ROUNDINGS * 0.5 * f32::EPSILON * largest;
+    let beyond = 3.0 * WIDER * (most - least) + rounding;
+    Aabb::new(least - beyond, most + beyond)
 }
 
 impl std::fmt::Debug for RayCaster {

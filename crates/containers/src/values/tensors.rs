@@ -21,7 +21,7 @@
 //! | `direction-samples` | `point` [n, 2], `direction` [n, 3], `pdf` \[n\], `weight` \[n\] f32 ([`encode_direction_samples`]) | `count`, `mean`, `variance`, `standard-error` |
 //! | `wavelets` | `level0` [R, 2 R, 3], `level1` ..., or `haar` [R, 2 R, 3], or `index` \[n\] u32 and `haar` [n, 3], f32 ([`encode_wavelets`]) | `rows`, `form`, `error` |
 //! | `scene` | `triangles` [T, 3, 3], `attributes` [A, 3, 10] f32, `texture0` [height, width, 4] u16 and more ([`encode_scene`]) | `materials`, `lamps`, `nodes`, `boxes`, `part`, `surfaces` |
-//! | `probe-transport` | `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3] f16 or f32, and the tensors of `probe-places` ([`encode_probe_transport`]) | `places`, `surfaces`, `volumes` |
+//! | `probe-transport` | `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3] f16 or f32, the tensors of `probe-places`, and `bricks.*` u64 if known ([`encode_probe_transport`]) | `places`, `surfaces`, `volumes` |
 //! | `probe-lamps` | `direct` and `indirect` [L, P, (F+1)^2, 3] f32 ([`encode_probe_lamps`]) | `lamps`, `places`, `surfaces` |
 //! | `probe-places` | `positions` [P, 3] f32, `repairs` \[P\] u8 and more ([`encode_probe_places`]) | `volumes`, and `triangles`, their digest |
 //! | `probes` | `sh` [P, 9, 3] f32 and the tensors of `probe-places` ([`encode_probes`]) | `volumes` |

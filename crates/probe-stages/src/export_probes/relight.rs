@@ -272,6 +272,7 @@ mod tests {
                 places: places(vec![volume.clone()], vec![[0.5; 3]]),
                 places_digest: String::new(),
                 surfaces: String::new(),
+                record: None,
             };
             let all = columns(&stored, None, None).unwrap();
             let reporter = Reporter::new(Cancel::default());

@@ -57,7 +57,7 @@ fn build_with(folder: &Path, room: &Room, threads: usize) -> BTreeSet<String> {
     built(folder, room, BuildOptions { jobs: Some(threads), ..BuildOptions::default() }).0
 }
 
-/// Writes a room, builds, and gives the stages that ran and the notes of `lamp-light`.
+/// Writes a room, builds, and gives the stages that ran and the notes of the bakes.
 fn built(folder: &Path, room: &Room, options: BuildOptions) -> (BTreeSet<String>, Vec<String>) {
     std::fs::write(folder.join("pipeline.toml"), MANIFEST).unwrap();
     std::fs::write(folder.join("room.gltf"), room.json.to_string()).unwrap();
@@ -69,7 +69,9 @@ fn built(folder: &Path, room: &Room, options: BuildOptions) -> (BTreeSet<String>
         Event::Started { item, .. } => {
             ran.lock().insert(item.stage);
         }
-        Event::Note { item, message } if item.stage == "lamp-light" => notes.lock().push(message),
+        Event::Note { item, message } if ["lamp-light", "transport"].contains(&item.stage.as_str()) => {
+            notes.lock().push(message);
+        }
         Event::Failed { item, error, .. } => panic!("{item}: {}", error.join(": ")),
         _ => {}
     };
@@ -114,6 +116,46 @@ fn only_the_lamp_that_moved_is_traced_and_all_bytes_are_those_of_a_full_bake() {
     });
     let (ran, notes) = built(folder.path(), &dark, options());
     assert!(ran.contains("lamp-light") && as_before(&notes).is_none());
+}
+
+/// Two closed rooms, in one of which the crate is moved: the bricks of the other are kept, and all bytes are
+/// those of a build from nothing.
+#[test]
+fn bricks_that_do_not_see_a_change_are_kept() {
+    let (folder, fresh) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let rooms = Room::new().with(|json| {
+        // The top of each room is the panel, seen from below; the second room is as the first, 4.2 m away.
+        let top = json!({ "mesh": 2, "translation": [-2, 1.5, -2], "scale": [4, 1, 4] });
+        let moved = |node: &serde_json::Value| {
+            let mut node = node.clone();
+            node["translation"][0] = json!(node["translation"][0].as_f64().unwrap() + 4.2);
+            node
+        };
+        json["nodes"][2] = top;
+        for k in 0..3 {
+            let node = moved(&json["nodes"][k]);
+            json["nodes"].as_array_mut().unwrap().push(node);
+        }
+        json["scenes"][0]["nodes"] = json!([0, 1, 2, 3, 4, 5, 6, 7]);
+    });
+    let moved = rooms.clone().with(|json| json["nodes"][0]["translation"] = json!([-0.7, 0, -0.75]));
+    let kept = |notes: &[String]| notes.iter().find(|note| note.contains("bricks of probes")).cloned();
+    let options = BuildOptions::default;
+    let (_, notes) = built(folder.path(), &rooms, options());
+    assert_eq!(kept(&notes), None);
+    let (_, notes) = built(folder.path(), &moved, options());
+    let note = kept(&notes).unwrap();
+    let counts: Vec<usize> = note.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert!(0 < counts[0] && counts[0] < counts[1], "{note}");
+    built(fresh.path(), &moved, options());
+    let lost: Vec<_> = stored(fresh.path()).difference(&stored(folder.path())).cloned().collect();
+    assert!(lost.is_empty(), "{lost:?}");
+    // What is forced is made from nothing, and another emissive material is one for all.
+    let (_, notes) = built(folder.path(), &moved, BuildOptions { force: true, ..options() });
+    assert_eq!(kept(&notes), None);
+    let dark = moved.with(|json| json["materials"][2]["emissiveFactor"] = json!([0, 0, 0]));
+    let (_, notes) = built(folder.path(), &dark, options());
+    assert!(kept(&notes).is_none_or(|note| note.starts_with("all ")), "{notes:?}");
 }
 
 #[test]

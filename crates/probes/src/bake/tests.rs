@@ -43,8 +43,8 @@ impl Visitor for UnderSky<'_> {
 
     fn reflects(&mut self, _: &Surfaces<'_>, _: &Place, _: [f32; 3]) {}
 
-    fn cached(&mut self, light: &[f32], share: [f32; 3]) {
-        self.add([0, 1, 2].map(|channel| f64::from(share[channel] * light[channel])));
+    fn cached(&mut self, point: &PointOfCache<'_>, share: [f32; 3]) {
+        self.add([0, 1, 2].map(|channel| f64::from(share[channel] * point.light[channel])));
     }
 }
 
@@ -114,7 +114,8 @@ fn under(surfaces: &Surfaces<'_>, at: &[[f32; 3]], options: &BakeOptions, turn: 
     let each = options.paths / BLOCKS as u32;
     for block in 0..BLOCKS {
         let seed = hash(options.seed) ^ block as u64;
-        let of_cache = CacheOptions { points, rays, seed, with_direct: true, channels: &[0, 1, 2] };
+        let of_cache =
+            CacheOptions { points, rays, seed, with_direct: true, channels: &[0, 1, 2], cells: None };
         let cache = Cache::new(&paths, &of_cache, light, Stop::NEVER).unwrap();
         for (place, found) in at.iter().zip(found.chunks_exact_mut(9)) {
             let numbers = Numbers::new(hash(probe_seed(place, options.seed) ^ block as u64));

@@ -18,7 +18,7 @@
 //! | `vertex-blend` | one number from 0 to 1 for each vertex, or two, and their mesh's digest | safetensors: `blend` \[V\] or \[V, 2\] f32 |
 //! | `scene` | [`probes::Scene`] or a part of it, and the digest of its surfaces | safetensors: `triangles` [T, 3, 3] f32, ..., `texture0` [height, width, 4] u16, ...; materials, lamps and boxes as JSON in the metadata |
 //! | `probe-places` | [`probes::ProbePlaces`] and the digest of its scene's triangles | safetensors: `positions` [P, 3] f32, `repairs` \[P\] u8, ... |
-//! | `probe-transport` | [`probes::Transport`], its places, and their and the surfaces' digests | safetensors: `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3], f16 or f32, and the places |
+//! | `probe-transport` | [`probes::Transport`], its places and bricks, and their and the surfaces' digests | safetensors: `sky` [P, (F+1)^2, (O+1)^2, 1 or 3], `direct` and `indirect` [P, E, (F+1)^2, 3], f16 or f32, the places, and what the bricks were made from |
 //! | `probe-lamps` | [`probes::LampColumns`] of each lamp, and the digests of places and surfaces | safetensors: `direct` and `indirect` [L, P, (F+1)^2, 3] f32 |
 //! | `probes` | [`probes::LitProbes`] and their places | safetensors: `sh` [P, 9, 3] f32, and the places |
 //! | `mesh` | [`mesh::Mesh`] | safetensors: `positions` [V, 3], `normals` [V, 3], `tangents` [V, 4], `coordinates` [V, 2] f32, `triangles` [T, 3] and, with materials, `ranges` [R, 2] u32 |

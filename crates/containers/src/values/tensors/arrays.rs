@@ -18,6 +18,12 @@ impl Writer {
         self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         self.tensor(name, "U32", shape);
     }
+
+    /// A tensor of u64.
+    pub(super) fn long_words(&mut self, name: &str, shape: &[usize], values: &[u64]) {
+        self.data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        self.tensor(name, "U64", shape);
+    }
 }
 
 impl TensorFile<'_> {

@@ -1,7 +1,7 @@
 //! The transport of light to probes: from a sky and emissive materials, and from lamps.
 
 use half::f16;
-use probes::{LampColumns, ProbePlaces, Transport, TransportParts};
+use probes::{BakeRecord, LampColumns, ProbePlaces, Transport, TransportParts};
 use safetensors::tensor::Dtype;
 use sh::Degree;
 
@@ -40,6 +40,8 @@ pub struct ProbeTransport {
     pub places_digest: String,
     /// The digest of the surfaces of the scene: [`super::StoredScene`].
     pub surfaces: String,
+    /// What its bricks were made from, if that is known.
+    pub record: Option<BakeRecord>,
 }
 
 /// The transport from lamps to probes, and what it belongs to.
@@ -65,10 +67,12 @@ pub struct ProbeLamps {
 /// where rows are what arrives and columns the sky, `direct` and `indirect` [P, E, (F+1)^2, 3] for a radiance
 /// of 1, all f16 or f32; `paths` \[P\] u32, `errors` \[P\] f32, the standard error of each probe; and the
 /// tensors of [`encode_probe_places`](super::encode_probe_places). The metadata have the digests `places` and
-/// `surfaces`.
+/// `surfaces`. If it is known what each of B bricks was made from, all u64: `bricks.whole` \[1\],
+/// `bricks.contents` \[32^3\], `bricks.groups` \[G\], `bricks.places` \[B\], `bricks.cells` [B, 512] and
+/// `bricks.lit-by` [B, (G+63)/64] ([`BakeRecord`]).
 ///
 /// # Errors
-/// If a number is not finite, or past 65504 in 16 bits, or the places are not those of the transport.
+/// If a number is not finite, or past 65504 in 16 bits, or the places or the bricks are not those of the transport.
 pub fn encode_probe_transport(value: &ProbeTransport, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let ProbeTransport { transport, precision, places, .. } = value;
     let (count, emitters, rows) = (transport.len(), transport.emitters(), transport.degree().rows());
@@ -101,6 +105,12 @@ pub fn encode_probe_transport(value: &ProbeTransport, recipe: Option<&str>) -> R
         file.tensor(name, "F16", &shape);
     }
     file.places(places);
+    if let Some(record) = &value.record {
+        if !record.is_whole() {
+            return Err(Error::new(ErrorKind::Unwritable, "the record of the bricks is not whole"));
+        }
+        file.record(record);
+    }
     Ok(file.finish())
 }
 
@@ -161,7 +171,52 @@ pub fn decode_probe_transport(bytes: &[u8]) -> Result<ProbeTransport, Error> {
         return Err(Error::damaged(message));
     }
     let (places_digest, surfaces) = (file.digest(PLACES)?, file.digest(SURFACES)?);
-    Ok(ProbeTransport { transport, precision, places, places_digest, surfaces })
+    let record = file.record()?;
+    Ok(ProbeTransport { transport, precision, places, places_digest, surfaces, record })
+}
+
+impl Writer {
+    /// The tensors of a record that is whole.
+    fn record(&mut self, record: &BakeRecord) {
+        let BakeRecord { whole, contents, groups, places, cells, lit_by } = record;
+        let bricks = places.len();
+        let words = |all: &[u64]| all.len().checked_div(bricks).unwrap_or(0);
+        self.long_words("bricks.whole", &[1], &[*whole]);
+        self.long_words("bricks.contents", &[contents.len()], contents);
+        self.long_words("bricks.groups", &[groups.len()], groups);
+        self.long_words("bricks.places", &[bricks], places);
+        self.long_words("bricks.cells", &[bricks, words(cells)], cells);
+        self.long_words("bricks.lit-by", &[bricks, words(lit_by)], lit_by);
+    }
+}
+
+impl TensorFile<'_> {
+    /// The record of bricks, if there is one.
+    fn record(&self) -> Result<Option<BakeRecord>, Error> {
+        if !self.has("bricks.whole") {
+            return Ok(None);
+        }
+        let words = |name: &str| self.array(name, Dtype::U64, "[n]", &[], u64::from_le_bytes);
+        let lines = |name: &str| {
+            let tensor = self.tensor(name, Dtype::U64, "[B, n]")?;
+            Ok::<Vec<u64>, Error>(
+                tensor.data().as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word)).collect(),
+            )
+        };
+        let whole = words("bricks.whole")?;
+        let record = BakeRecord {
+            whole: whole.first().copied().unwrap_or_default(),
+            contents: words("bricks.contents")?,
+            groups: words("bricks.groups")?,
+            places: words("bricks.places")?,
+            cells: lines("bricks.cells")?,
+            lit_by: lines("bricks.lit-by")?,
+        };
+        if whole.len() == 1 && record.is_whole() {
+            return Ok(Some(record));
+        }
+        Err(Error::damaged("the tensors `bricks.*` do not belong together"))
+    }
 }
 
 /// The transport from L lamps to P probes, for a colour times intensity of 1: `direct` and `indirect`
@@ -316,6 +371,19 @@ mod tests {
             places: places.unwrap(),
             places_digest: "ab".into(),
             surfaces: "cd".into(),
+            record: None,
+        }
+    }
+
+    fn record() -> BakeRecord {
+        let words = |count: u64| (0..count).map(|k| k * k).collect::<Vec<u64>>();
+        BakeRecord {
+            whole: 7,
+            contents: words(32 * 32 * 32),
+            groups: words(65),
+            places: words(2),
+            cells: words(2 * 512),
+            lit_by: words(2 * 2),
         }
     }
 
@@ -342,9 +410,12 @@ mod tests {
     fn transports_come_back() {
         for precision in [TransportPrecision::Half, TransportPrecision::Single] {
             for emitters in [0, 2] {
-                let value = transport(precision, emitters);
-                let bytes = encode_probe_transport(&value, None).unwrap();
-                assert_eq!(decode_probe_transport(&bytes).unwrap(), value);
+                let plain = transport(precision, emitters);
+                let recorded = ProbeTransport { record: Some(record()), ..plain.clone() };
+                for value in [plain, recorded] {
+                    let bytes = encode_probe_transport(&value, None).unwrap();
+                    assert_eq!(decode_probe_transport(&bytes).unwrap(), value);
+                }
             }
         }
         for count in [0, 1, 3] {
@@ -383,6 +454,31 @@ mod tests {
             if let Ok(value) = decode_probe_lamps(&bytes) {
                 assert!(value.columns.iter().all(|columns| columns.paths.len() == value.probes));
             }
+        }
+    }
+
+    #[test]
+    fn a_record_of_bricks_is_whole() {
+        type Change = fn(&mut BakeRecord);
+        let changes: [Change; 5] = [
+            |record| record.contents.truncate(5),
+            |record| record.places.truncate(1),
+            |record| record.cells.extend([0; 512]),
+            |record| record.lit_by.truncate(2),
+            |record| record.groups.truncate(64),
+        ];
+        for (at, change) in changes.iter().enumerate() {
+            let mut value = transport(TransportPrecision::Half, 1);
+            let mut wrong = record();
+            change(&mut wrong);
+            value.record = Some(wrong.clone());
+            let message = encode_probe_transport(&value, None).unwrap_err().to_string();
+            assert_eq!(message, "the record of the bricks is not whole", "{at}");
+            let mut file = Writer::new("probe-transport", None);
+            file.record(&wrong);
+            let bytes = file.finish();
+            let message = TensorFile::open(&bytes).unwrap().record().unwrap_err().to_string();
+            assert_eq!(message, "the tensors `bricks.*` do not belong together", "{at}");
         }
     }
 
