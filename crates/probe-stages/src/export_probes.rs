@@ -12,7 +12,7 @@
 //! | --- | --- | --- |
 //! | `three` | volumes | `probes.json`, `probes.bin` and the module `probes.js`, which makes `LightProbeGridWebGL` or `LightProbeGrid` of them |
 //! | `bevy` | up to 8 volumes | `volume-0.ktx2`, ... and the plugin `light_probes.rs` |
-//! | `godot` | up to 32 volumes | `light_probes.tscn`, with `LightmapGIData` in `volume-0.tres`, ...; `places.tscn` |
+//! | `godot` | up to 32 volumes, and points | `light_probes.tscn`, with `LightmapGIData` in `volume-0.tres`, ... and `points.tres`; `places.tscn` |
 //! | `unity` | volumes and points | `probes.json`, and the editor script `SpeculaLightProbes.cs` |
 //! | `vrc-light-volumes` | up to 32 volumes | `volumes.json`, `volumes.bytes`, and the editor script `SpeculaLightVolumes.cs` |
 //! | `ktx2` | up to 32 volumes | `volume-0.ktx2`, `validity-0.ktx2`, ... and `probes.json`, for programs of your own |
@@ -23,7 +23,7 @@
 //! folder has a `README.txt` with the version, the axes, the scale and the lines of code; `gltf` has them in
 //! the file. Probes without light of their own have that of their neighbours in every file.
 //!
-//! All presets but `gltf` and `unity` refuse single points, which have no grid.
+//! All presets but `godot`, `unity` and `gltf` refuse single points, which have no grid.
 //!
 //! ## The presets in full
 //!
@@ -57,9 +57,14 @@
 //! - layout: `probe_data` of `LightmapGIData`: points, nine colours each, six tetrahedra a cell, and the tree
 //!   that finds them. The outer probes of `lattice = "centres"` are there twice, at the ends of the box too,
 //!   because Godot makes light beyond the outer probes too bright
+//! - points: `points.tres` has all probes, up to 32,768, with the Delaunay tetrahedra between them. They fill a
+//!   box of 2.75 times the size of that around the probes and a margin of 1 m or more; its corners have the
+//!   light of the nearest probe. Godot blends what overlaps: the probes of volumes are among them, so that
+//!   both have the same light. Text is 1.1 KB a probe of an octree, and 4.5 KB a probe at random places
 //! - scale: radiance over pi, as Godot's baker writes it
 //! - source: scene/3d/lightmap_gi.cpp; light_storage.cpp, lightmap_tap_sh_light;
-//!   scene_forward_clustered.glsl; their formulas are tests here; not loaded in Godot
+//!   scene_forward_clustered.glsl; renderer_scene_cull.cpp, _update_instance_lightmap_captures; their
+//!   formulas are tests here; not loaded in Godot
 //!
 //! `unity`
 //!
@@ -150,7 +155,7 @@ use containers::Precision;
 use engine::{Artifact, Context, Failure, Kind, Output, Port, Product, choice, parameters};
 use probes::Lattice;
 use stages::artifacts;
-use stages::plugin::report_loss;
+use stages::plugin::{UntilStopped, report_loss};
 
 use self::axes::Rows;
 use self::columns::columns;
@@ -369,7 +374,7 @@ impl Kind for ExportProbes {
                 }
                 files
             }
-            ProbePreset::Godot => godot::files(&light, recipe)?,
+            ProbePreset::Godot => reporter.until_stopped(|stop| godot::files(&light, recipe, stop))?,
             ProbePreset::Unity => unity::files(&light, recipe)?.into_iter().map(Some).collect(),
             ProbePreset::VrcLightVolumes => vrc::files(&light, recipe)?.into_iter().map(Some).collect(),
             ProbePreset::Ktx2 => {

@@ -60,8 +60,8 @@
 //!
 //! Boxes are divided into cells about four spacings long; those that a surface meets are halved, twice at
 //! most. The middle of each cell that is not inside of a solid is a probe: they are about a spacing apart at
-//! surfaces, and four in the open. They are in no volume: `export-probes` takes them for `unity` and `gltf`,
-//! and other presets load grids, which `check-probes`, `shade-vertices` and `preview` need, too.
+//! surfaces, and four in the open. They are in no volume: `export-probes` takes them for `godot`, `unity` and
+//! `gltf`, and other presets load grids, which `check-probes`, `shade-vertices` and `preview` need, too.
 //!
 //! ## Repairs
 //!

@@ -1,28 +1,29 @@
 //! Probes for Godot: `LightmapGIData` with tetrahedra and the tree that finds them, and a scene that shows
-//! it.
+//! it. Here are those of volumes; [`points`] has those of points.
 //!
 //! Godot looks up one place for each object, in the tetrahedron that holds it. The eight probes of a cell lie
 //! on a sphere, so that a Delaunay triangulation is free to divide each cell as it likes: here into six
 //! tetrahedra along its diagonal (Kuhn), with a tree of planes along the axes, which Godot's own search for
 //! good planes does not find.
 
-use std::f64::consts::PI;
+mod capture;
+mod points;
+
 use std::fmt::Write;
 
 use engine::Failure;
 use probes::Lattice;
+use sh::Stop;
 
-use super::axes::{Grid, OF_FILES, Rows};
+use super::axes::{Grid, OF_FILES};
 use super::light::{LitVolume, MaybeFiles, ProbeLight};
+use capture::{Capture, FIRST_LEAF, Node, check_tetrahedra, nine_colours};
 
 /// The most volumes that are exported.
 const MOST_VOLUMES: usize = 32;
 
-/// The most tetrahedra of a volume: more than a hundred megabytes of text.
-const MOST_TETRAHEDRA: usize = 1 << 20;
-
-/// A leaf of the tree is the number of its tetrahedron, from 1 on, with a minus.
-const FIRST_LEAF: i32 = -1;
+/// The file of probes at points.
+const POINTS: &str = "points.tres";
 
 /// The orders of axes: the place in a cell is largest along the first of them.
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [2, 0, 1], [1, 0, 2], [1, 2, 0], [2, 1, 0]];
@@ -30,35 +31,43 @@ const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [2, 0, 1], [1, 0, 2], [1,
 /// The names of the files of so many volumes at most, in the order of their contents.
 pub(crate) fn names() -> Vec<String> {
     let volumes = (0..MOST_VOLUMES).map(|index| format!("/{}", file_name(index)));
-    volumes.chain(["/places.tscn".into(), "/README.txt".into(), "/light_probes.tscn".into()]).collect()
+    let others = [&format!("/{POINTS}"), "/places.tscn", "/README.txt", "/light_probes.tscn"];
+    volumes.chain(others.map(str::to_owned)).collect()
 }
 
 fn file_name(index: usize) -> String {
     format!("volume-{index}.tres")
 }
 
-/// The files of some volumes.
+/// The files of volumes and points.
 ///
 /// # Errors
-/// If there are points, too many volumes, or too many probes in one.
-pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<MaybeFiles, Failure> {
-    let volumes = light.only_volumes("preset = \"godot\"", MOST_VOLUMES)?;
+/// If there are too many volumes or probes, or it was stopped.
+pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str, stop: Stop<'_>) -> Result<MaybeFiles, Failure> {
+    let volumes = light.few_volumes("preset = \"godot\"", MOST_VOLUMES)?;
     let (mut files, mut nodes, mut resources) = (Vec::new(), String::new(), String::new());
-    for (index, lit) in volumes.iter().enumerate() {
-        let capture = Capture::new(lit)?;
-        files.push(Some(capture.text()?.into_bytes()));
-        writeln!(
-            resources,
-            "[ext_resource type=\"LightmapGIData\" path=\"{}\" id=\"{index}\"]",
-            file_name(index)
-        )?;
+    let mut add = |node: &str, id: &str, file: &str| -> Result<(), Failure> {
+        writeln!(resources, "[ext_resource type=\"LightmapGIData\" path=\"{file}\" id=\"{id}\"]")?;
         writeln!(
             nodes,
-            "\n[node name=\"Volume{index}\" type=\"LightmapGI\" parent=\".\"]\n\
-             light_data = ExtResource(\"{index}\")"
+            "\n[node name=\"{node}\" type=\"LightmapGI\" parent=\".\"]\n\
+             light_data = ExtResource(\"{id}\")"
         )?;
+        Ok(())
+    };
+    for (index, lit) in volumes.iter().enumerate() {
+        files.push(Some(Capture::new(lit)?.text()?.into_bytes()));
+        add(&format!("Volume{index}"), &index.to_string(), &file_name(index))?;
     }
     files.resize(MOST_VOLUMES, None);
+    // Godot blends what overlaps: the probes of volumes are among these, so that both have the same light.
+    let has_points = light.places.scattered() > 0;
+    files.push(if has_points {
+        add("Points", "points", POINTS)?;
+        Some(Capture::of_points(light.places.grid(), light.rows, stop)?.text()?.into_bytes())
+    } else {
+        None
+    });
     let recipe = recipe.replace('\\', "\\\\").replace('"', "\\\"");
     let root =
         |name: &str| format!("\n[node name=\"{name}\" type=\"Node3D\"]\nmetadata/specula = \"{recipe}\"\n");
@@ -72,31 +81,13 @@ pub(crate) fn files(light: &ProbeLight<'_>, recipe: &str) -> Result<MaybeFiles, 
         )?;
     }
     files.push(Some(places.into_bytes()));
-    files.push(Some(include_str!("godot.txt").into()));
-    let steps = volumes.len() + 1;
+    let on_points = if has_points { include_str!("godot_points.txt") } else { "" };
+    files.push(Some([include_str!("godot.txt"), on_points].concat().into()));
+    let steps = volumes.len() + usize::from(has_points) + 1;
     let scene =
         format!("[gd_scene load_steps={steps} format=3]\n\n{resources}{}{nodes}", root("LightProbes"));
     files.push(Some(scene.into_bytes()));
     Ok(files)
-}
-
-/// What Godot captures light from: `probe_data` of a `LightmapGIData`.
-struct Capture {
-    bounds: [[f64; 3]; 2],
-    points: Vec<[f32; 3]>,
-    /// Nine colours a point, radiance over pi.
-    colours: Vec<Rows>,
-    tetrahedra: Vec<[usize; 4]>,
-    tree: Vec<Node>,
-}
-
-/// A node of the tree: a plane, and what is over and under it, a later node or a leaf.
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    normal: [f32; 3],
-    distance: f32,
-    over: i32,
-    under: i32,
 }
 
 impl Capture {
@@ -119,20 +110,13 @@ impl Capture {
         });
         let cells = [0, 1, 2].map(|k| along[k].len() - 1);
         let tetrahedra = cells.iter().product::<usize>() * ORDERS.len();
-        if tetrahedra > MOST_TETRAHEDRA {
-            return Err(Failure::new(format!(
-                "{} has {tetrahedra} tetrahedra for Godot, and {MOST_TETRAHEDRA} are the most",
-                lit.volume.name
-            ))
-            .help("place probes farther apart, or split the box"));
-        }
+        check_tetrahedra(&lit.volume.name, tetrahedra)?;
         let (mut points, mut colours) = (Vec::new(), Vec::new());
         for z in &along[2] {
             for y in &along[1] {
                 for x in &along[0] {
                     points.push([x.0, y.0, z.0].map(|x| x as f32));
-                    let rows = OF_FILES.rows(&lit.rows[grid.probe([x.1, y.1, z.1])]);
-                    colours.push(rows.map(|row| row.map(|value| (f64::from(value) / PI) as f32)));
+                    colours.push(nine_colours(&lit.rows[grid.probe([x.1, y.1, z.1])]));
                 }
             }
         }
@@ -144,50 +128,6 @@ impl Capture {
         capture.tetrahedra = tetrahedra_of(cells);
         Ok(capture)
     }
-
-    /// The text of the resource.
-    ///
-    /// # Errors
-    /// None: text is written into memory.
-    fn text(&self) -> Result<String, Failure> {
-        let [least, most] = self.bounds;
-        let [sx, sy, sz] = [0, 1, 2].map(|k| (most[k] - least[k]) as f32);
-        let [x, y, z] = least.map(|x| x as f32);
-        let mut text =
-            String::from("[gd_resource type=\"LightmapGIData\" format=3]\n\n[resource]\nprobe_data = {\n");
-        writeln!(text, "\"baked_exposure\": 1.0,\n\"bounds\": AABB({x}, {y}, {z}, {sx}, {sy}, {sz}),")?;
-        let words = |node: &Node| {
-            let [x, y, z] = node.normal.map(|x| x.to_bits() as i32);
-            [x, y, z, node.distance.to_bits() as i32, node.over, node.under]
-        };
-        array(&mut text, "bsp", "PackedInt32Array", self.tree.iter().flat_map(words))?;
-        writeln!(text, "\"interior\": false,\n\"lightprobe_hash\": 0,")?;
-        array(&mut text, "points", "PackedVector3Array", self.points.as_flattened().iter())?;
-        let colour = |row: &[f32; 3]| [row[0], row[1], row[2], 1.0];
-        let colours = self.colours.as_flattened().iter().flat_map(colour);
-        array(&mut text, "sh", "PackedColorArray", colours)?;
-        let tetrahedra = self.tetrahedra.as_flattened().iter();
-        array(&mut text, "tetrahedra", "PackedInt32Array", tetrahedra)?;
-        text.push_str("}\n");
-        Ok(text)
-    }
-}
-
-/// Writes an entry of a dictionary with an array.
-fn array(
-    text: &mut String,
-    key: &str,
-    name: &str,
-    values: impl Iterator<Item: std::fmt::Display>,
-) -> Result<(), Failure> {
-    write!(text, "\"{key}\": {name}(")?;
-    for (index, value) in values.enumerate() {
-        let comma = if index == 0 { "" } else { ", " };
-        write!(text, "{comma}{value}")?;
-    }
-    let comma = if key == "tetrahedra" { "" } else { "," };
-    writeln!(text, "){comma}")?;
-    Ok(())
 }
 
 /// The six tetrahedra of each cell, x of cells fastest: from the least corner to the greatest, along the axes
@@ -286,49 +226,10 @@ impl Tree {
 mod tests {
     use probes::Volume;
 
+    use super::capture::reader::{shaded, tap};
     use super::*;
+    use crate::export_probes::axes::Rows;
     use crate::testkit::{bright_rows, direction, exact, noise};
-
-    /// `LightStorage::lightmap_tap_sh_light` and the weights of the four points, before they are clamped.
-    fn tap(capture: &Capture, at: [f32; 3]) -> ([[f64; 3]; 9], [f64; 4]) {
-        let mut node = 0;
-        while node >= 0 {
-            let Node { normal, distance, over, under } = capture.tree[node as usize];
-            let next = if (0..3).map(|k| normal[k] * at[k]).sum::<f32>() > distance { over } else { under };
-            assert!(next < 0 || next > node, "children come after their parents");
-            node = next;
-        }
-        let corners = capture.tetrahedra[node.unsigned_abs() as usize - 1];
-        let points = corners.map(|corner| capture.points[corner].map(f64::from));
-        let volume = |p: [[f64; 3]; 4]| {
-            let [a, b, c] = [1, 2, 3].map(|k| [0, 1, 2].map(|axis| p[k][axis] - p[0][axis]));
-            a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
-                + a[2] * (b[0] * c[1] - b[1] * c[0])
-        };
-        let weights = [0, 1, 2, 3].map(|corner| {
-            let mut moved = points;
-            moved[corner] = at.map(f64::from);
-            volume(moved) / volume(points)
-        });
-        let mut sum = [[0.0; 3]; 9];
-        for (corner, weight) in corners.into_iter().zip(weights) {
-            for (sum, row) in sum.iter_mut().zip(capture.colours[corner]) {
-                (0..3).for_each(|k| sum[k] += weight.clamp(0.0, 1.0) * f64::from(row[k]));
-            }
-        }
-        (sum, weights)
-    }
-
-    /// The capture of `scene_forward_clustered.glsl`: what a white surface reflects.
-    fn shaded(sh: &[[f64; 3]; 9], [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let (c1, c2, c3, c4, c5) = (0.429043, 0.511664, 0.743125, 0.886227, 0.247708);
-        [0, 1, 2].map(|k| {
-            let sh = |row: usize| sh[row][k];
-            c1 * sh(8) * (x * x - y * y) + c3 * sh(6) * z * z + c4 * sh(0) - c5 * sh(6)
-                + 2.0 * c1 * (sh(4) * x * y + sh(7) * x * z + sh(5) * y * z)
-                + 2.0 * c2 * (sh(3) * x + sh(1) * y + sh(2) * z)
-        })
-    }
 
     fn volume(lattice: Lattice) -> Volume {
         Volume::new("hall".into(), [[-1.0, 2.0, 0.5], [3.0, 5.0, 2.5]], [5, 3, 4], lattice).unwrap()

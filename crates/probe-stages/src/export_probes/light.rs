@@ -50,15 +50,26 @@ impl<'a> ProbeLight<'a> {
     /// The volumes, for a preset that has nothing else.
     ///
     /// # Errors
-    /// If there are none, there are points beside them, or there are more than `most`.
+    /// If there are points, or more volumes than `most`.
     pub(crate) fn only_volumes(&self, preset: &str, most: usize) -> Result<Vec<LitVolume<'a>>, Failure> {
-        let (volumes, points) = (self.volumes(), self.places.scattered());
+        let points = self.places.scattered();
         if points > 0 {
             return Err(Failure::new(format!(
                 "{preset} loads grids, and {points} of the probes are scattered points"
             ))
-            .help("place volumes only, or export the points with preset = \"gltf\" or \"unity\""));
+            .help(
+                "place volumes only, or export the points with preset = \"gltf\", \"unity\" or \"godot\"",
+            ));
         }
+        self.few_volumes(preset, most)
+    }
+
+    /// The volumes, for a preset that has a limit.
+    ///
+    /// # Errors
+    /// If there are more than `most`.
+    pub(crate) fn few_volumes(&self, preset: &str, most: usize) -> Result<Vec<LitVolume<'a>>, Failure> {
+        let volumes = self.volumes();
         if volumes.len() > most {
             let message = format!("{preset} loads at most {most} volumes, and there are {}", volumes.len());
             return Err(Failure::new(message).help("place fewer or larger boxes"));

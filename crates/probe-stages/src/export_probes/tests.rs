@@ -1,6 +1,7 @@
 //! The limits of engines: what is refused, with what the message says.
 
 use probes::{Lattice, ProbePlaces, Volume};
+use sh::Stop;
 
 use super::axes::Rows;
 use super::light::ProbeLight;
@@ -23,7 +24,7 @@ fn export(preset: ProbePreset, places: &ProbePlaces, rows: &[Rows]) -> Result<Ve
     let files = match preset {
         ProbePreset::Three => three::files(&light, true, "{}").map(all),
         ProbePreset::Bevy => bevy::files(&light, false, "{}").map(|(files, _)| files),
-        ProbePreset::Godot => godot::files(&light, "{}"),
+        ProbePreset::Godot => godot::files(&light, "{}", Stop::NEVER),
         ProbePreset::Unity => unity::files(&light, "{}").map(all),
         ProbePreset::VrcLightVolumes => vrc::files(&light, "{}").map(all),
         ProbePreset::Ktx2 => ktx2::files(&light, Precision::Half, false, "{}"),
@@ -33,13 +34,8 @@ fn export(preset: ProbePreset, places: &ProbePlaces, rows: &[Rows]) -> Result<Ve
     files.map_err(|failure| format!("{failure}; {}", failure.help.clone().unwrap_or_default()))
 }
 
-const GRIDS: [ProbePreset; 5] = [
-    ProbePreset::Three,
-    ProbePreset::Bevy,
-    ProbePreset::Godot,
-    ProbePreset::VrcLightVolumes,
-    ProbePreset::Ktx2,
-];
+const GRIDS: [ProbePreset; 4] =
+    [ProbePreset::Three, ProbePreset::Bevy, ProbePreset::VrcLightVolumes, ProbePreset::Ktx2];
 
 const ALL: [ProbePreset; 7] = [
     ProbePreset::Three,
@@ -75,8 +71,38 @@ fn points_are_refused_by_presets_of_grids() {
         assert!(text.contains("1 of the probes are scattered points"), "{text}");
         assert!(text.contains("preset = \"gltf\""), "{text}");
     }
-    for preset in [ProbePreset::Unity, ProbePreset::Gltf] {
+    for preset in [ProbePreset::Godot, ProbePreset::Unity, ProbePreset::Gltf] {
         assert!(export(preset, &places, &bright_rows(9)).is_ok());
+    }
+}
+
+/// Godot has a file for each volume, and one with all probes if some are at points.
+#[test]
+fn points_are_one_more_file_for_godot() {
+    for (counts, points) in [([2, 2, 2], 0), ([2, 2, 2], 1), ([0; 3], 3)] {
+        let volumes = if counts == [0; 3] { Vec::new() } else { vec![cells("a", 0.0, counts)] };
+        let count = volumes.iter().map(Volume::len).sum::<usize>() + points;
+        let at = (0..points).map(|k| [0.5 + k as f32, 0.5, 0.5]).collect();
+        let has_volume = !volumes.is_empty();
+        let files = export(ProbePreset::Godot, &places(volumes, at), &bright_rows(count)).unwrap();
+        let text = |name: &str| {
+            let index = ProbePreset::Godot.names().iter().position(|own| own == name).unwrap();
+            files[index].as_ref().map(|file| String::from_utf8(file.clone()).unwrap())
+        };
+        assert_eq!(text("/volume-0.tres").is_some(), has_volume);
+        let scene = text("/light_probes.tscn").unwrap();
+        assert_eq!(
+            scene.matches("type=\"LightmapGI\"").count(),
+            usize::from(has_volume) + usize::from(points > 0)
+        );
+        assert_eq!(scene.contains("path=\"points.tres\" id=\"points\""), points > 0);
+        assert_eq!(text("/README.txt").unwrap().contains("points.tres"), points > 0);
+        let Some(file) = text("/points.tres") else {
+            assert_eq!(points, 0);
+            continue;
+        };
+        let colours = file.lines().find(|line| line.starts_with("\"sh\"")).unwrap();
+        assert_eq!(colours.split(", ").count(), 36 * (8 + count));
     }
 }
 

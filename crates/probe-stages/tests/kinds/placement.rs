@@ -201,17 +201,26 @@ fn scattered_points_are_denser_at_surfaces() {
     for (preset, is_loaded) in [
         ("unity", true),
         ("gltf", true),
+        ("godot", true),
         ("three", false),
         ("bevy", false),
         ("vrc-light-volumes", false),
         ("ktx2", false),
-        ("godot", false),
     ] {
         let exported =
             case("export-probes", &format!("preset = \"{preset}\"")).input("probes", &*probes).files_of();
         assert_eq!(exported.is_ok(), is_loaded, "{preset}");
-        if let Err(failure) = exported {
-            assert!(failure.to_string().contains("are scattered points"), "{failure}");
+        match exported {
+            Err(failure) => assert!(failure.to_string().contains("are scattered points"), "{failure}"),
+            Ok((files, _)) if preset == "godot" => {
+                // The one resource has the probes, and the corners of the box around them.
+                let is_resource = |text: &&str| text.starts_with("[gd_resource");
+                let texts = files.iter().flatten().filter_map(|file| std::str::from_utf8(file).ok());
+                let [resource] = texts.filter(is_resource).collect::<Vec<_>>()[..] else { panic!("one") };
+                let points = resource.lines().find(|line| line.starts_with("\"points\"")).unwrap();
+                assert_eq!(points.split(", ").count(), 3 * (8 + places.len()));
+            }
+            Ok(_) => (),
         }
     }
 }
