@@ -1,7 +1,8 @@
 // Whether the live page draws what the CPU does, from its file, in a browser with software for a graphics device.
 // node page.mjs FOLDER CHROMIUM, in the folder of node_modules; FOLDER/page is the build of page.toml. Each form of each
 // material is compared with its still, without the pixels at edges, where one sample of a pixel decides: 99 % of the others
-// within 3 of 255. Then drags, keys, a link and the difference of a form from itself. Prints lines as readers.mjs does.
+// within 3 of 255. What measured the stops is read. Then drags, keys, a link and the difference of a form from itself.
+// Prints lines as readers.mjs does.
 
 import fs from 'fs';
 import path from 'path';
@@ -53,6 +54,12 @@ for ( const file of [ 'page', 'shrm' ] ) {
 		said( `${environment}/${material} ${mode}`, await comparedWithStill( page, `${out}/${environment}/${material}.png`, mode ) );
 
 	}
+
+	// The page shrm has a report, and the other one measures.
+	await show( page, { mode: file === 'shrm' ? 'local-shrm' : 'taps' } );
+	const text = await page.evaluate( () => document.getElementById( 'forms' ).textContent );
+	const measured = file === 'shrm' ? 'over all views, as the report measured' : 'in one view of a sphere, as this page measured';
+	said( `${file}.html, stops`, text.includes( measured ) ? 'ok' : `WRONG: ${text}` );
 
 }
 

@@ -1,5 +1,6 @@
 //! The build: runs the items that are out of date and publishes their files.
 
+mod arrivals;
 mod cause;
 mod forecast;
 mod heard;
@@ -42,6 +43,7 @@ use session::LastBuild;
 use shared_results::SharedBlobs;
 use up_to_date::KnownItems;
 
+pub(crate) use arrivals::{arriving, file_sizes, has_made};
 pub(crate) use forecast::{Forecast, forecast, forecast_causes};
 pub(crate) use heard::{HeardChanges, WatchedBuild};
 pub(crate) use ledger::{Fate, Others, Published};
@@ -51,7 +53,7 @@ pub(crate) use run::failure_of;
 pub use run_item::run_item;
 pub use session::{BuildSession, WORKER};
 pub(crate) use session::{PathSet, WatchedChanges};
-pub(crate) use up_to_date::{UpToDateCheck, arriving, digest_of_files, file_sizes, item_subject};
+pub(crate) use up_to_date::{UpToDateCheck, item_subject};
 
 /// Options of a build.
 #[derive(Clone, Debug, Default)]

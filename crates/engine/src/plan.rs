@@ -129,6 +129,16 @@ impl Plan {
         self.manifest.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
+    /// For each connected port of a stage, the place of the exported file that it takes; `None` for a port
+    /// that takes artifacts or the sizes of files.
+    pub(crate) fn files_taken(&self, stage: &Stage) -> Vec<Option<usize>> {
+        let taken = |(name, from): &(String, StageIndex)| {
+            let port = stage.ports.iter().find(|port| port.name == *name)?;
+            port.file_of(&self.stages[*from].product)
+        };
+        stage.inputs.iter().map(taken).collect()
+    }
+
     /// An item's name.
     pub fn item_name(&self, item: ItemIndex) -> ItemName {
         let item = &self.items[item];

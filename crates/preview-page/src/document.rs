@@ -55,6 +55,18 @@ pub struct FormError {
     pub p95: f64,
     /// Within how many stops 99 % are.
     pub p99: f64,
+    /// What measured it.
+    pub by: MeasuredBy,
+}
+
+/// What measured a form.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeasuredBy {
+    /// A report, over all views.
+    Report,
+    /// The stage that made the page, in a picture of one view.
+    Page,
 }
 
 /// A material under an environment, by their places.

@@ -269,6 +269,12 @@ function showLists() {
     fill(element('compare'), [['', 'nothing'], ...others], state.compare);
 }
 
+/** What stops were measured over, by what measured them. */
+const MEASURED_BY = {
+    report: 'over all views, as the report measured',
+    page: 'in one view of a sphere, as this page measured',
+};
+
 /** The lines about each shown form, which are also read aloud when they change. */
 function showForms() {
     const scene = sceneOf(state);
@@ -279,8 +285,8 @@ function showForms() {
         const { bytes, error, fetches, lights, note } = view;
         const cost = fetches !== undefined
             && `${count(fetches, 'texel')}${lights ? ` and ${count(lights, 'light')}` : ''} a pixel`;
-        const within = error
-            && `95 % within ${stopsText(error.p95)} stops, 99 % within ${stopsText(error.p99)}`;
+        const within = error && `95 % within ${stopsText(error.p95)} stops, 99 % within `
+            + `${stopsText(error.p99)} ${MEASURED_BY[error.by]}`;
         const places = isDifference() ? ['first', 'second'] : ['left', 'right'];
         const place = views.length < 2 ? '' : places[side];
         return { label, place, lines: [bytes && bytesText(bytes), within, cost].filter(Boolean), note };

@@ -11,7 +11,7 @@ mod mesh_entry;
 mod server;
 
 pub use blobs::{BaseColorEntry, Blobs, ViewEntry};
-pub use document::{Document, EnvironmentEntry, FormEntry, FormError, PairEntry};
+pub use document::{Document, EnvironmentEntry, FormEntry, FormError, MeasuredBy, PairEntry};
 pub use form::Form;
 pub use mesh_entry::{MeshEntry, MeshPart};
 pub use server::{PageServer, serve};

@@ -101,12 +101,15 @@ impl ResultsSnapshot {
     /// Whether an item's result was made from the present results of its inputs. It was not if one of them
     /// was made again since then, or if the last run failed.
     pub fn is_consistent(&self, plan: &Plan, item: ItemIndex) -> bool {
-        let inputs = plan.items[item].inputs.iter().flatten();
-        let made = |from: ItemIndex| {
+        let this = &plan.items[item];
+        let files = plan.files_taken(&plan.stages[this.stage]);
+        let made = |from: ItemIndex, file: Option<usize>| {
             let product = &plan.stages[plan.items[from].stage].product;
-            arriving(product, &self.result(from)?.record)
+            arriving(product, file, &self.result(from)?.record)
         };
-        let inputs = inputs.map(|from| made(*from));
+        let ports = this.inputs.iter().zip(files);
+        let inputs = ports.flat_map(|(items, file)| items.iter().map(move |from| (*from, file)));
+        let inputs = inputs.map(|(from, file)| made(from, file));
         let used = |record: &Record| record.inputs.iter().map(|used| Some(used.digest)).eq(inputs);
         self.good(item).is_some_and(used)
     }

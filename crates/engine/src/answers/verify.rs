@@ -11,9 +11,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::build::{
-    Forecast, Published, Publisher, UpToDateCheck, digest_of_files, forecast, forecast_causes,
-};
+use crate::build::{Forecast, Published, Publisher, UpToDateCheck, forecast, forecast_causes, has_made};
 use crate::cancel::Cancel;
 use crate::error::{Error, ErrorKind};
 use crate::event::ItemName;
@@ -366,7 +364,7 @@ impl<'a> Records<'a> {
 
     /// Another item's record with this item's inputs; `None` if the two have different kinds or ports.
     fn adopted(&self, item: ItemIndex, record: &Record) -> Option<Record> {
-        let inputs = self.check.inputs(item, |_| Digest([0; 32]));
+        let inputs = self.check.inputs(item, |_| &[]);
         let is_like = record.kind == self.check.plan.stages[self.check.plan.items[item].stage].kind.name()
             && record.source == self.check.source(item)
             && inputs.iter().map(|used| &used.port).eq(record.inputs.iter().map(|used| &used.port));
@@ -437,10 +435,7 @@ impl<'a> Records<'a> {
     /// The record of an item's artifact: its latest one, or the newest with the same output. Not that of
     /// another item, which read other files.
     fn maker(&self, name: &ItemName, digest: Digest) -> Option<&Record> {
-        let made = |record: &&Record| {
-            let artifact = record.outputs.first().map(|blob| blob.digest);
-            artifact == Some(digest) || digest_of_files(record) == digest
-        };
+        let made = |record: &&Record| has_made(record, digest);
         let last = self.items.get(name).and_then(|item| self.last(*item)).filter(made);
         let is_of = |record: &&Record| record.item == *name && record.manifest == self.manifest;
         last.or_else(|| self.earlier.iter().filter(is_of).find(made))

@@ -14,7 +14,6 @@ use super::up_to_date::{Freshness, UpToDateCheck};
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::event::{Event, Reason, Summary};
-use crate::key::Digest;
 use crate::kinds::is_left_out;
 use crate::plan::{ItemIndex, Plan, Selection};
 use crate::storage::{Blob, Cause, Disk, State};
@@ -103,13 +102,13 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
             forecasts.push(Some(Forecast::Current { outputs, restored: false }));
             continue;
         }
-        let digest = |input: usize| match &forecasts[input] {
-            Some(Forecast::Current { outputs, .. }) => check.arriving(input, outputs),
+        let outputs = |input: usize| match &forecasts[input] {
+            Some(Forecast::Current { outputs, .. }) => Some(&outputs[..]),
             _ => None,
         };
-        let known = item.inputs.iter().flatten().all(|input| digest(*input).is_some());
+        let known = item.inputs.iter().flatten().all(|input| outputs(*input).is_some());
         let freshness = if known {
-            let key = check.key(index, |input| digest(input).unwrap_or(Digest([0; 32])));
+            let key = check.key(index, |input| outputs(input).unwrap_or_default());
             check.freshness(&Dependent::without_build(index), key)
         } else {
             Freshness::Run
@@ -118,7 +117,7 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
             Freshness::Current { outputs, restored, .. } => {
                 Forecast::Current { outputs, restored: restored.is_some() }
             }
-            Freshness::Run => Forecast::Runs(check.reasons(index, digest)),
+            Freshness::Run => Forecast::Runs(check.reasons(index, outputs)),
         }));
     }
     forecasts
@@ -126,8 +125,8 @@ pub(crate) fn forecast(check: &UpToDateCheck<'_>, selected: &Selection) -> Vec<O
 
 /// For each stale item, the changes that made it stale.
 pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<Forecast>]) -> Vec<Vec<Cause>> {
-    let digest = |input: ItemIndex| match &forecasts[input] {
-        Some(Forecast::Current { outputs, .. }) => check.arriving(input, outputs),
+    let outputs = |input: ItemIndex| match &forecasts[input] {
+        Some(Forecast::Current { outputs, .. }) => Some(&outputs[..]),
         _ => None,
     };
     let mut causes = Vec::<Vec<Cause>>::with_capacity(forecasts.len());
@@ -139,7 +138,7 @@ pub(crate) fn forecast_causes(check: &UpToDateCheck<'_>, forecasts: &[Option<For
         let begun = match forecast {
             Some(Forecast::Runs(reasons)) => check.causes(item, reasons, of_input),
             Some(Forecast::Current { restored: true, .. }) => {
-                check.causes(item, &check.reasons(item, digest), of_input)
+                check.causes(item, &check.reasons(item, outputs), of_input)
             }
             _ => Vec::new(),
         };

@@ -264,12 +264,20 @@ impl RunContext<'_> {
         Ok(self.publisher.remove_stale(&name, events)?)
     }
 
-    /// The value of a stored artifact; `None` if it is lost or cannot be decoded.
-    pub(crate) fn fetch(&self, item: ItemIndex, digest: Digest) -> Result<Option<Arc<Handle>>, Error> {
-        let Some(bytes) = self.check.state.store.get(digest)? else { return Ok(None) };
-        let Some((name, decoder)) = self.check.stages[self.check.plan.items[item].stage].artifact else {
-            return Ok(None);
+    /// The value of a stored artifact; `None` if it is lost or cannot be decoded. Of an export, the sizes of
+    /// its files; `None` if a file that consumers read is lost.
+    pub(crate) fn fetch(&self, item: ItemIndex, outputs: &[Blob]) -> Result<Option<Arc<Handle>>, Error> {
+        let info = &self.check.stages[self.check.plan.items[item].stage];
+        let Some((name, decoder)) = info.artifact else {
+            for blob in info.files_read.iter().filter_map(|place| outputs.get(*place)) {
+                if self.check.state.store.get(blob.digest)?.is_none() {
+                    return Ok(None);
+                }
+            }
+            return Ok(Some(self.exported_files(item, outputs)));
         };
+        let Some(Blob { digest, .. }) = outputs.first().copied() else { return Ok(None) };
+        let Some(bytes) = self.check.state.store.get(digest)? else { return Ok(None) };
         // Its consumers take the bytes.
         let Some(decoder) = decoder else { return Ok(Some(Arc::new(self.handle(name, digest)))) };
         // An artifact that another version encoded differently is made again.
@@ -287,8 +295,9 @@ impl RunContext<'_> {
 
     /// The value of a stored artifact that an earlier build left in memory. The stored bytes may have been
     /// damaged since; the value is still good, and a consumer that asks for the bytes gets an error.
-    pub(crate) fn value_in_memory(&self, item: ItemIndex, digest: Digest) -> Option<Arc<Handle>> {
+    pub(crate) fn value_in_memory(&self, item: ItemIndex, outputs: &[Blob]) -> Option<Arc<Handle>> {
         let (name, _) = self.check.stages[self.check.plan.items[item].stage].artifact?;
+        let digest = outputs.first()?.digest;
         let value = self.memory.get(name, digest)?;
         Some(Arc::new(self.handle(name, digest).with_value(value)))
     }
@@ -312,6 +321,11 @@ impl RunContext<'_> {
         let _ = self.check.state.store.put(&encoded);
         let handle = self.handle(ExportedFiles::TYPE, Digest::of(&encoded));
         Arc::new(handle.with_value(Arc::new(files)))
+    }
+
+    /// An exported file, for consumers that read it.
+    pub(crate) fn exported_file(&self, file: &Blob) -> Arc<Handle> {
+        Arc::new(self.handle(ExportedFiles::TYPE, file.digest))
     }
 
     /// Calls an item's kind once.

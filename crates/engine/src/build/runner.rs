@@ -74,8 +74,8 @@ pub(crate) struct Candidate {
 /// A task of an item, with what it needs.
 pub(crate) enum Request {
     Run(RunRequest),
-    /// Read the stored artifact of the item for those that need it.
-    Fetch(ItemIndex, Digest),
+    /// Read the stored artifact of the item, or the files that are read, for those that need it.
+    Fetch(ItemIndex, Vec<Blob>),
     /// Ask other machines for the result with this key.
     Find(ItemIndex, Digest),
     Publish(ItemIndex, Vec<Blob>),
@@ -85,7 +85,7 @@ impl Request {
     fn item(&self) -> ItemIndex {
         match self {
             Self::Run(request) => request.item,
-            Self::Fetch(item, _) | Self::Find(item, _) | Self::Publish(item, _) => *item,
+            Self::Fetch(item, _) | Self::Publish(item, _) | Self::Find(item, _) => *item,
         }
     }
 
@@ -101,7 +101,7 @@ impl Request {
     fn perform(self, context: &RunContext<'_>) -> TaskResult {
         match self {
             Self::Run(request) => TaskResult::Ran(request.item, context.run(request)),
-            Self::Fetch(item, digest) => TaskResult::Fetched(item, context.fetch(item, digest)),
+            Self::Fetch(item, outputs) => TaskResult::Fetched(item, context.fetch(item, &outputs)),
             Self::Find(item, key) => TaskResult::Found(item, context.find(item, key).map(Box::new)),
             Self::Publish(item, outputs) => {
                 let mut events = Vec::new();

@@ -273,9 +273,9 @@ impl<'a, 'e> Scheduler<'a, 'e> {
 
     /// Makes a result that was found the item's latest record.
     fn restore(&mut self, item: ItemIndex, found: &Record) -> Record {
-        let reasons = self.check.reasons(item, |input| Some(self.digest(input)));
+        let reasons = self.check.reasons(item, |input| Some(self.outputs(input)));
         let causes = self.check.causes(item, &reasons, |input| self.causes(input));
-        let record = self.check.restored(item, found, reasons, &causes, |input| self.digest(input));
+        let record = self.check.restored(item, found, reasons, &causes, |input| self.outputs(input));
         self.items[item].causes = causes;
         if let Err(error) = self.check.record_restored(item, found, &record) {
             self.fatal = Some(error);
@@ -290,13 +290,10 @@ impl<'a, 'e> Scheduler<'a, 'e> {
         if self.places.host(place).is_some() {
             return self.places.push(place, item, Task::Run(item), self.check, &self.is_wanted);
         }
-        for input in distinct(&self.check.plan.items[item].inputs) {
-            // The sizes of files are known without their contents.
-            if !self.check.plan.items[input].files.is_empty() {
-                continue;
-            }
+        let read = self.check.stored_arrivals(item).map(|arrival| arrival.from);
+        for input in distinct(read) {
             if self.items[input].handle.is_none() && self.items[input].phase == Phase::Done {
-                self.items[input].handle = self.context.value_in_memory(input, self.digest(input));
+                self.items[input].handle = self.context.value_in_memory(input, self.outputs(input));
             }
             if self.items[input].handle.is_some() {
                 continue;

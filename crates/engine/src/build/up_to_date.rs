@@ -9,18 +9,20 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::arrivals::Arrival;
 use super::running::{ChangedPaths, Dependencies, Dependent};
 use crate::event::{ItemName, Reason};
 use crate::key::{Digest, ItemKey};
-use crate::kinds::{Artifact, Decoder, ExportedFiles, Product, is_left_out};
+use crate::kinds::{Decoder, Product};
 use crate::plan::{ItemIndex, Plan, Selection};
 use crate::storage::{
-    Blob, Disk, InputUsed, KeyHasher, LatestRecord, Presence, Read, ReadKind, Record, State, Subject, Tag,
-    canonical, kind_name, look_up, modified, path_name, short, subject,
+    Blob, Disk, LatestRecord, Presence, Read, ReadKind, Record, State, Subject, Tag, canonical, kind_name,
+    look_up, modified, path_name, short, subject,
 };
 use crate::{parallel, platform};
 
 mod gone;
+mod inputs;
 mod restored;
 mod shared;
 
@@ -36,6 +38,10 @@ pub(crate) struct StageInfo {
     pub(crate) artifact: Option<(&'static str, Option<Decoder>)>,
     /// The names of the ports that take many items.
     pub(crate) many: HashSet<String>,
+    /// For each connected port, the place of the exported file that it takes; see [`Plan::files_taken`].
+    pub(crate) files_taken: Vec<Option<usize>>,
+    /// The places of the exported files that consumers take.
+    pub(crate) files_read: Vec<usize>,
 }
 
 pub(crate) struct UpToDateCheck<'a> {
@@ -188,7 +194,7 @@ impl<'a> UpToDateCheck<'a> {
         }
         let is_valid = |latest: LatestRecord<'_>| {
             !latest.is_gone()
-                && latest.key() == self.key(item, |input| self.latest_digest(input))
+                && latest.key() == self.key(item, |input| self.latest_outputs(input))
                 && self.is_valid(item, latest.has_failed(), latest.outputs(), latest.reads())
                 && (self.is_elsewhere(latest.is_shared())
                     || latest.outputs().iter().all(|blob| store.has(blob)))
@@ -215,25 +221,9 @@ impl<'a> UpToDateCheck<'a> {
         self.current[item] && self.is_known_complete(item)
     }
 
-    fn latest_digest(&self, item: ItemIndex) -> Digest {
-        let made = self.unfiltered_latest(item).and_then(|latest| self.arriving(item, latest.outputs()));
-        made.unwrap_or(Digest([0; 32]))
-    }
-
-    /// The digest of what arrives at the consumers of an item with these outputs: of its artifact, or of what
-    /// [`ExportedFiles`] says of its files. `None` if it has no outputs.
-    pub(crate) fn arriving(&self, item: ItemIndex, outputs: &[Blob]) -> Option<Digest> {
-        let first = outputs.first()?;
-        Some(match self.plan.stages[self.plan.items[item].stage].product {
-            Product::Artifact(_) => first.digest,
-            Product::Files(_) => Digest::of(&self.exported_files(item, outputs).1),
-        })
-    }
-
-    /// The files that an item exported with these outputs, as a value and encoded.
-    pub(crate) fn exported_files(&self, item: ItemIndex, outputs: &[Blob]) -> (ExportedFiles, Vec<u8>) {
-        let stage = self.plan.items[item].stage;
-        exported_files(self.plan.stages[stage].kind.name(), &self.stages[stage].parameters, outputs)
+    /// The outputs that the latest record of an item has.
+    fn latest_outputs(&self, item: ItemIndex) -> &'a [Blob] {
+        self.unfiltered_latest(item).map_or(&[], |latest| latest.outputs())
     }
 
     pub(crate) fn name(&self, item: ItemIndex) -> ItemName {
@@ -294,40 +284,6 @@ impl<'a> UpToDateCheck<'a> {
         Some(if mount == folder { ".".into() } else { path_name(self.folder, &mount) })
     }
 
-    /// What arrives at the ports, given the digest of what each item makes.
-    pub(crate) fn inputs(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Vec<InputUsed> {
-        self.input_items(item)
-            .map(|(port, from)| InputUsed { port: port.into(), item: self.name(from), digest: digest(from) })
-            .collect()
-    }
-
-    /// Everything that an item's result depends on, except for the files that it reads.
-    pub(crate) fn key(&self, item: ItemIndex, digest: impl Fn(ItemIndex) -> Digest) -> Digest {
-        let this = &self.plan.items[item];
-        let stage = &self.plan.stages[this.stage];
-        let info = &self.stages[this.stage];
-        let source = self.source(item);
-        let mut hasher =
-            KeyHasher::new(stage.kind.name(), info.revision, &info.parameters_text, source.as_deref());
-        for ((port, _), items) in stage.inputs.iter().zip(&this.inputs) {
-            hasher.text(port).number(items.len() as u64);
-            for &from in items {
-                let made = &self.plan.items[from];
-                hasher.text(self.plan.stages[made.stage].product.type_name()).digest(digest(from));
-                if info.shows_keys {
-                    hasher.item_key(&made.key);
-                }
-            }
-        }
-        if info.shows_keys {
-            hasher.item_key(&this.key);
-        }
-        if let Some(processor) = info.processor {
-            hasher.text("processor").text(processor);
-        }
-        hasher.finish()
-    }
-
     /// The files that the latest record of an item depends on.
     pub(crate) fn recorded_dependencies(&self, item: ItemIndex) -> Dependencies {
         self.dependencies(self.latest(item).iter().flat_map(LatestRecord::reads))
@@ -382,11 +338,11 @@ impl<'a> UpToDateCheck<'a> {
 
     /// Every difference from the latest record.
     ///
-    /// `digest` returns the digest of an item's artifact, if that is known yet.
-    pub(crate) fn reasons(
+    /// `outputs` returns those of an item, if they are known yet.
+    pub(crate) fn reasons<'o>(
         &self,
         item: ItemIndex,
-        digest: impl Fn(ItemIndex) -> Option<Digest>,
+        outputs: impl Fn(ItemIndex) -> Option<&'o [Blob]>,
     ) -> Vec<Reason> {
         let Some(record) = self.record(item) else { return vec![Reason::NeverBuilt] };
         let mut reasons = Vec::new();
@@ -394,7 +350,7 @@ impl<'a> UpToDateCheck<'a> {
             reasons.push(Reason::FailedBefore);
         }
         reasons.extend(self.revisions(item, &record));
-        self.differing_inputs(item, &record, digest, &mut reasons);
+        self.differing_inputs(item, &record, outputs, &mut reasons);
         self.differing_files(item, &record, &mut reasons);
         if self.is_forced(item) {
             reasons.push(Reason::Forced);
@@ -443,21 +399,16 @@ impl<'a> UpToDateCheck<'a> {
         look_up(&self.folder.join(name)).map(|found| path_name(self.folder, &found))
     }
 
-    fn input_items(&self, item: ItemIndex) -> impl Iterator<Item = (&str, ItemIndex)> {
-        let this = &self.plan.items[item];
-        let ports = self.plan.stages[this.stage].inputs.iter().zip(&this.inputs);
-        ports.flat_map(|((port, _), items)| items.iter().map(|from| (port.as_str(), *from)))
-    }
-
-    fn differing_inputs(
+    fn differing_inputs<'o>(
         &self,
         item: ItemIndex,
         record: &Record,
-        digest: impl Fn(ItemIndex) -> Option<Digest>,
+        outputs: impl Fn(ItemIndex) -> Option<&'o [Blob]>,
         reasons: &mut Vec<Reason>,
     ) {
         let shows_keys = self.stages[self.plan.items[item].stage].shows_keys;
-        let now = self.input_items(item).map(|(port, from)| (port, self.name(from), digest(from)));
+        let digest = |arrival: Arrival<'_>| self.arriving(arrival, outputs(arrival.from)?);
+        let now = self.arrivals(item).map(|arrival| (arrival.port, self.name(arrival.from), digest(arrival)));
         let now = now.collect::<Vec<_>>();
         let ports =
             now.iter().map(|(port, ..)| *port).chain(record.inputs.iter().map(|used| used.port.as_str()));
@@ -528,32 +479,6 @@ pub(crate) fn item_subject(manifest: &str, stage: &str, key: &ItemKey) -> Subjec
     subject(&parts)
 }
 
-/// The digest of what arrives at the consumers of an item that makes this product, by its record.
-pub(crate) fn arriving(product: &Product, record: &Record) -> Option<Digest> {
-    let first = record.outputs.first()?;
-    Some(match product {
-        Product::Artifact(_) => first.digest,
-        Product::Files(_) => digest_of_files(record),
-    })
-}
-
-/// The digest of what [`ExportedFiles`] says of the files of a record.
-pub(crate) fn digest_of_files(record: &Record) -> Digest {
-    Digest::of(&exported_files(&record.kind, &record.parameters, &record.outputs).1)
-}
-
-/// The bytes of each exported file; 0 for one that was left out.
-pub(crate) fn file_sizes(outputs: &[Blob]) -> Vec<u64> {
-    outputs.iter().map(|blob| if is_left_out(blob.digest) { 0 } else { blob.bytes }).collect()
-}
-
-fn exported_files(kind: &str, parameters: &Value, outputs: &[Blob]) -> (ExportedFiles, Vec<u8>) {
-    let (kind, parameters) = (kind.to_owned(), parameters.clone());
-    let files = ExportedFiles { kind, parameters, bytes: file_sizes(outputs) };
-    let encoded = files.encode().unwrap_or_default();
-    (files, encoded)
-}
-
 fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
     let mut info = Vec::with_capacity(plan.stages.len());
     for stage in plan.stages.iter() {
@@ -569,8 +494,11 @@ fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
                 Product::Files(_) => None,
             },
             many: stage.ports.iter().filter(|port| port.many).map(|port| port.name.clone()).collect(),
+            files_taken: plan.files_taken(stage),
+            files_read: Vec::new(),
         });
-        for (name, from) in &stage.inputs {
+        for ((name, from), file) in stage.inputs.iter().zip(plan.files_taken(stage)) {
+            info[*from].files_read.extend(file);
             let port = stage.ports.iter().find(|port| port.name == *name);
             if let (Some(port), Some((made, decoder))) = (port, &mut info[*from].artifact) {
                 *decoder = decoder.or(port.decoder(made));

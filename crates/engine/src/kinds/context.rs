@@ -8,6 +8,7 @@ use super::artifact::{Artifact, Handle};
 use super::derived_values::DerivedValues;
 use super::inputs::Inputs;
 use super::item_files::ItemFiles;
+use super::output::is_left_out;
 use super::reporter::Reporter;
 use crate::cancel::Cancel;
 use crate::key::ItemKey;
@@ -42,10 +43,11 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Adds the items at a port, sorted by key.
+    /// Adds the items at a port, sorted by key. Files that items leave out do not arrive.
     #[must_use]
     pub fn with_input(mut self, port: &str, items: Vec<(ItemKey, Arc<Handle>)>) -> Self {
-        self.inputs.ports.insert(port.into(), items);
+        let exist = items.into_iter().filter(|(_, handle)| !is_left_out(handle.digest()));
+        self.inputs.ports.insert(port.into(), exist.collect());
         self
     }
 

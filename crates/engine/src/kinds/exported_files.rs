@@ -11,7 +11,7 @@ use super::failure::Failure;
 ///
 /// A port takes them from every stage that exports files. The files themselves do not arrive, so a consumer
 /// reruns if a size or a parameter changes, and not if a file has other bytes of the same number or another
-/// name.
+/// name. A kind that reads a file has a port for it: [`Port::many_files`](super::Port::many_files).
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExportedFiles {
     /// The kind of the stage.

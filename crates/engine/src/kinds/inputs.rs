@@ -69,6 +69,22 @@ impl Inputs {
         self.first(port).map(Handle::digest).ok_or_else(|| unconnected(port))
     }
 
+    /// The bytes of the exported files at a port of [`Port::many_files`](super::Port::many_files), sorted by
+    /// key.
+    ///
+    /// # Errors
+    /// If one cannot be read.
+    pub fn many_files(&self, port: &str) -> Result<Vec<(ItemKey, Vec<u8>)>, Failure> {
+        let items = self.ports.get(port).map_or(&[][..], Vec::as_slice);
+        items.iter().map(|(key, handle)| Ok((key.clone(), handle.bytes()?))).collect()
+    }
+
+    /// The digests of the artifacts at a `many` port, in the order of [`Inputs::many`].
+    pub fn many_digests(&self, port: &str) -> Vec<Digest> {
+        let items = self.ports.get(port).map_or(&[][..], Vec::as_slice);
+        items.iter().map(|(_, handle)| handle.digest()).collect()
+    }
+
     /// The type of the artifact at a port, for a port that takes several types.
     pub fn type_at(&self, port: &str) -> Option<&'static str> {
         self.first(port).map(Handle::type_name)

@@ -24,6 +24,8 @@ pub struct Port {
     pub many: bool,
     /// Whether it may stay unconnected.
     pub optional: bool,
+    /// The ending of the exported file that it takes, rather than the sizes of all files.
+    file: Option<&'static str>,
 }
 
 /// The name of an artifact type, and how the engine decodes a stored artifact, once, before its consumers
@@ -42,7 +44,7 @@ impl Port {
     /// [`Inputs::type_at`](super::inputs::Inputs::type_at) returns its type, and
     /// [`Inputs::bytes`](super::inputs::Inputs::bytes) its bytes.
     pub fn any(name: impl Into<String>) -> Self {
-        Self { name: name.into(), any: true, types: Vec::new(), many: false, optional: false }
+        Self { name: name.into(), any: true, types: Vec::new(), many: false, optional: false, file: None }
     }
 
     /// A port that takes one artifact of type `T`.
@@ -53,6 +55,15 @@ impl Port {
     /// A port that receives every item that agrees, sorted by key.
     pub fn many<T: Artifact>(name: impl Into<String>) -> Self {
         Self { many: true, ..Self::one::<T>(name) }
+    }
+
+    /// A port that receives one exported file of every item that agrees, sorted by key: the file that the
+    /// kind of the stage declares with this ending, such as `.json`. Items that leave it out are not among
+    /// them. The files are read from the cache, by
+    /// [`Inputs::many_files`](super::inputs::Inputs::many_files), and the consumer reruns if the bytes of one
+    /// change.
+    pub fn many_files(name: impl Into<String>, ending: &'static str) -> Self {
+        Self { file: Some(ending), ..Self::many::<ExportedFiles>(name) }
     }
 
     /// Returns the port, also taking artifacts of type `T`. If it takes all types, this says that the kind
@@ -81,11 +92,23 @@ impl Port {
         self.any && type_name != ExportedFiles::TYPE || self.types().any(|name| name == type_name)
     }
 
+    /// Whether it takes what a stage with this product hands on.
+    pub(crate) fn takes_product(&self, product: &Product) -> bool {
+        let has_file = self.file.is_none_or(|ending| product.place(ending).is_some());
+        has_file && self.takes(product.type_name())
+    }
+
+    /// The place of the exported file that it takes of such a product; `None` if it takes artifacts or sizes.
+    pub(crate) fn file_of(&self, product: &Product) -> Option<usize> {
+        product.place(self.file?)
+    }
+
     /// The types that it takes, for messages and manual pages: `reflection or shrm`.
     pub fn takes_text(&self) -> String {
-        match self.any {
-            true => "any artifact".into(),
-            false => self.types().collect::<Vec<_>>().join(" or "),
+        match (self.any, self.file) {
+            (true, _) => "any artifact".into(),
+            (false, Some(ending)) => format!("files that include {ending}"),
+            (false, None) => self.types().collect::<Vec<_>>().join(" or "),
         }
     }
 

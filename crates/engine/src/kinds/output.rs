@@ -27,6 +27,14 @@ impl Product {
             Self::Files(_) => ExportedFiles::TYPE,
         }
     }
+
+    /// The place of the file with this ending.
+    pub(crate) fn place(&self, ending: &str) -> Option<usize> {
+        match self {
+            Self::Artifact(_) => None,
+            Self::Files(endings) => endings.iter().position(|own| own == ending),
+        }
+    }
 }
 
 /// The output of a run of an item.

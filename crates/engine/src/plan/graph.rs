@@ -182,7 +182,7 @@ impl Graph {
             let port = edge.port.map(|port| &ports[port]);
             let made = if edge.from < stage { self.nodes[edge.from].product.as_ref() } else { None };
             types = match (port, made) {
-                (Some(port), Some(made)) if port.takes(made.type_name()) => types.map(|mut types| {
+                (Some(port), Some(made)) if port.takes_product(made) => types.map(|mut types| {
                     types.push((port.name.clone(), made.type_name()));
                     types
                 }),
@@ -334,8 +334,7 @@ impl Graph {
             needs[index] |= self.nodes[index].edges.iter().any(|edge| needs[edge.from]);
         }
         let producers = self.nodes.iter().zip(&needs).filter(|(node, needs)| {
-            let fits = |made: &Product| port.takes(made.type_name());
-            !**needs && node.product.as_ref().is_some_and(fits)
+            !**needs && node.product.as_ref().is_some_and(|made| port.takes_product(made))
         });
         let names: Vec<_> = producers.map(|(node, _)| &node.name).collect();
         let types = port.takes_text();

@@ -8,6 +8,7 @@ use std::time::Duration;
 use expect_test::expect;
 use parking_lot::Mutex;
 
+use super::exported_files::Bodies;
 use super::shared::{Memory, with_cache};
 use super::{PROGRAM, Project, assert_has, log};
 use crate::build::{BuildSession, run_item};
@@ -122,11 +123,16 @@ file = { kind = "write", input = "marked", path = "{text}" }
 "#;
 
 fn project(fault: Fault) -> (Project, Arc<Worker>) {
+    project_of(MANIFEST, kinds(), fault)
+}
+
+fn project_of(manifest: &str, kinds: Kinds, fault: Fault) -> (Project, Arc<Worker>) {
     let memory = Arc::<Memory>::default();
-    let mut project = with_cache(&memory, MANIFEST);
+    let mut project = with_cache(&memory, manifest);
+    project.kinds = kinds.clone();
     let worker = Arc::new(Worker {
         memory,
-        kinds: kinds(),
+        kinds,
         runs: AtomicUsize::new(0),
         sent: Mutex::default(),
         fault,
@@ -181,6 +187,25 @@ fn items_run_elsewhere_and_only_their_files_come_back() {
     let last = project.explain("file [a]").remove(0).last.unwrap();
     let place = serde_json::to_string(&last.place).unwrap();
     assert_eq!(place, r#"{"worker":{"host":"cluster","name":"rack 7"}}"#);
+}
+
+#[test]
+fn an_exported_file_is_sent_with_the_item_that_reads_it() {
+    let manifest = r#"
+schema = 1
+[stage]
+text = { kind = "text-source", source = "texts/*.txt" }
+pair = { kind = "write-pair", input = "text" }
+bodies = { kind = "bodies", input = "pair" }
+"#;
+    let (project, _) = project_of(manifest, kinds().with(Bodies), Fault::None);
+    project.write("texts/b.txt", "");
+    assert_has(project.build(), ["run bodies at cluster: never built\n", "5 ran"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: light\n", "an empty text has no body");
+    // Other bytes of the same number.
+    project.write("texts/a.txt", "sound");
+    assert_has(project.build(), ["run bodies at cluster: body pair [a]"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: sound\n");
 }
 
 #[test]

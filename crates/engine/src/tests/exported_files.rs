@@ -1,4 +1,4 @@
-//! What arrives at a port that takes the sizes of exported files.
+//! What arrives at a port that takes the sizes of exported files, or one of the files.
 
 use expect_test::expect;
 
@@ -178,4 +178,131 @@ sizes = { kind = "sizes", input = "letters" }
     project.edit("times = 1", "times = 2");
     assert_has(project.build(), ["ended: 2 ran, 1 up to date"]);
     assert_eq!(project.read("out/sizes.txt"), "a: [6], 6 in all, y x 2\n");
+}
+
+/// Writes the bodies of [`WritePair`](crate::testkit::WritePair) to a file, with the names of their items.
+pub(super) struct Bodies;
+
+impl Kind for Bodies {
+    type Parameters = Nothing;
+    const NAME: &'static str = "bodies";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Lists bodies.\n";
+    const SHOWS_KEYS: bool = true;
+
+    fn ports() -> Vec<Port> {
+        vec![Port::many_files("body", "/body.txt")]
+    }
+
+    fn product(_: &Nothing, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec![".txt".into()])
+    }
+
+    fn run(_: &Nothing, context: &Context<'_>) -> Result<Output, Failure> {
+        let mut text = String::new();
+        for (key, body) in context.inputs.many_files("body")? {
+            writeln!(text, "{key}: {}", String::from_utf8_lossy(&body)).unwrap();
+        }
+        Ok(Output::files(vec![text.into_bytes()]))
+    }
+}
+
+/// Adds a stage that takes the bodies beside the one that takes sizes.
+fn project_of_bodies() -> Project {
+    let mut project = project();
+    project.edit("sizes = {", "bodies = { kind = \"bodies\", input = \"pair\" }\nsizes = {");
+    project.kinds = kinds().with(Sizes).with(Bodies);
+    project
+}
+
+#[test]
+fn a_consumer_of_a_file_reruns_if_its_bytes_change() {
+    let project = project_of_bodies();
+    project.write("b.txt", "");
+    assert_has(project.build(), ["6 ran"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: one\n", "the empty text has no body");
+    assert_has(project.build(), ["ended: 0 ran, 6 up to date"]);
+
+    // Other bytes of the same number.
+    project.write("a.txt", "two");
+    let built = project.build();
+    assert_has(&built, ["run bodies: body pair [a] some -> some\n", "up to date sizes\n", "ended: 3 ran"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: two\n");
+    // What somebody else wrote into the folder is not read.
+    project.write("out/pair/a/body.txt", "six");
+    project.write("b.txt", "ten");
+    assert_has(project.build(), ["run bodies: body pair [b] some -> some\n"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: two\nb: ten\n");
+
+    project.write("a.txt", "one");
+    project.write("b.txt", "");
+    assert_has(project.build(), ["ended: 0 ran, 6 up to date"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: one\n");
+}
+
+#[test]
+fn a_change_of_other_files_runs_no_consumer_of_a_file() {
+    let mut project = project_of_bodies();
+    project.kinds = replacing(Numbered).with(Sizes).with(Bodies);
+    project.build();
+    project.edit("input = \"text\"", "input = \"text\", number = 2");
+    assert_has(project.build(), ["ran pair [a]\n", "up to date bodies\n", "run sizes: files pair [a]"]);
+}
+
+parameters! {
+    /// Parameters of [`Numbered`].
+    struct Number {
+        /// The second file.
+        number: usize = 1,
+    }
+}
+
+/// Writes a text, and a number.
+struct Numbered;
+
+impl Kind for Numbered {
+    type Parameters = Number;
+    const NAME: &'static str = "write-pair";
+    const REVISION: u32 = 1;
+    const TEXT: &'static str = "//! Writes two files.\n";
+
+    fn ports() -> Vec<Port> {
+        vec![Port::one::<Text>("text")]
+    }
+
+    fn product(_: &Number, _: &[(&str, &'static str)]) -> Product {
+        Product::Files(vec!["/body.txt".into(), "/index.txt".into()])
+    }
+
+    fn run(parameters: &Number, context: &Context<'_>) -> Result<Output, Failure> {
+        let text = context.inputs.get::<Text>("text")?;
+        let number = parameters.number.to_string();
+        Ok(Output::files(vec![text.0.clone().into_bytes(), number.into_bytes()]))
+    }
+}
+
+#[test]
+fn a_damaged_file_is_made_again_for_those_that_read_it() {
+    let project = project_of_bodies();
+    project.build();
+    // Damage of the same size shows only when the file is read.
+    std::fs::write(project.blob("one"), "oen").unwrap();
+    project.write("b.txt", "ten");
+    assert_has(project.build(), ["run pair [a]: result lost\n", "ended: 5 ran, 1 up to date"]);
+    assert_eq!(project.read("out/bodies.txt"), "a: one\nb: ten\n");
+    assert_eq!(std::fs::read(project.blob("one")).unwrap(), b"one");
+}
+
+#[test]
+fn only_an_export_with_the_file_is_taken() {
+    let project = project_of_bodies();
+    project.edit("kind = \"bodies\", input = \"pair\"", "kind = \"bodies\", input = \"sizes\"");
+    let error = Plan::load(&project.path("pipeline.toml"), &project.kinds).err().unwrap().to_string();
+    assert_has(
+        error,
+        [
+            "port \"body\" takes files that include /body.txt, but stage \"sizes\" exports files",
+            "stage \"pair\" makes files that include /body.txt",
+        ],
+    );
 }

@@ -29,7 +29,7 @@
 //! Connect the exports of the pipeline too, `shrm`, `cabral`, `kautz-mccool`, `reflection-map` and `compact`
 //! (the `export-taps`): then only the forms that are exported are shown, with the resolution, the degree P
 //! and the treatment of lamps of that stage, and with the sizes of its files. The page runs after them, and
-//! again only if a size or a parameter changes.
+//! again only if a size or a parameter changes. Connect a `report` on the same pairs, too: see Errors.
 //!
 //! Meshes at `mesh` are shown in their own coordinates, and Specula's own sphere and knot besides.
 //!
@@ -47,9 +47,17 @@
 //!
 //! ## Errors
 //!
-//! With `material` connected, each form is compared with brute force on a sphere: the page shows within how
-//! many stops 95 % and 99 % of the pixels are, and has a picture of each for browsers without WebGL 2.
-//! `report` measures more exactly. `measure = false` leaves both out.
+//! The page shows within how many stops of brute force 95 % and 99 % of the pixels of a sphere are. With
+//! `report` connected, these are the figures of the report, over all views, and the size of the files is its,
+//! too, if the export is not connected. They are read from its JSON in the cache, so the page runs after the
+//! report, and again if one of them changes. The report has to have the pair by name, and to be made from
+//! the same environment, material and reflection; if the export of a form is connected, the report has to
+//! have it, too, with files of the same size. The page says what was measured, which need not be what it
+//! draws: the compact map of a report has the least taps that are good enough, and this one those of `taps`.
+//!
+//! With `material` connected, the page measures forms that no report has in a picture of one view, less
+//! exactly, and says so. It also has a picture of each pair for browsers without WebGL 2. `measure = false`
+//! leaves both out.
 //!
 //! ## Size
 //!
@@ -65,10 +73,12 @@
 //!
 //! `.html`: the page.
 
+mod comparison;
 mod forms;
 mod meshes;
 mod pairs;
 mod pictures;
+mod reported;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -79,10 +89,11 @@ use preview::{Light, Look, MapSizes, web};
 use preview_page::{Blobs, Document, EnvironmentEntry, Form, FormEntry, PairEntry};
 use rayon::prelude::*;
 
+use self::comparison::Comparison;
 use self::forms::{Forms, port};
 use self::meshes::Meshes;
 use self::pairs::{Pair, name, pairs};
-use self::pictures::Pictures;
+use self::reported::Reports;
 use crate::values::{artifacts, quantity};
 
 parameters! {
@@ -100,7 +111,8 @@ parameters! {
         /// The most rows of the sky in the background.
         #[range(MIN_SKY..=2048)]
         sky: usize = 256,
-        /// Whether the forms are compared with brute force; see Errors.
+        /// Whether forms that no report has are compared with brute force, and pictures are drawn; see
+        /// Errors.
         measure: bool = true,
     }
 }
@@ -125,7 +137,7 @@ impl Kind for ExportPage {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-page";
-    const REVISION: u32 = 6;
+    const REVISION: u32 = 7;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,
@@ -152,7 +164,9 @@ impl Kind for ExportPage {
             Port::many::<artifacts::Transfer>("transfer").optional(),
         ];
         let exports = Form::ALL.into_iter().filter_map(port);
-        inputs.into_iter().chain(exports.map(|name| Port::many::<ExportedFiles>(name).optional())).collect()
+        let exports = exports.map(|name| Port::many::<ExportedFiles>(name).optional());
+        let reports = Port::many_files(reported::PORT, reported::ENDING).optional();
+        inputs.into_iter().chain(exports).chain([reports]).collect()
     }
 
     fn product(_: &Parameters, _: &[(&str, &'static str)]) -> Product {
@@ -162,6 +176,7 @@ impl Kind for ExportPage {
     fn run(parameters: &Parameters, context: &Context<'_>) -> Result<Output, Failure> {
         let reporter = &context.reporter;
         let forms = Forms::of(&context.inputs, parameters.resolution, parameters.slices)?;
+        let reports = Reports::of(&context.inputs)?;
         let environments = context.inputs.many::<artifacts::Environment>("environment")?;
         let lights: Vec<Arc<Light>> = environments
             .iter()
@@ -213,7 +228,7 @@ impl Kind for ExportPage {
         let of_pictures = if parameters.measure { pairs.len() * PICTURE_BYTES } else { 0 };
         let room = limit.saturating_sub(PAGE_BYTES + of_pictures);
         let steps = Steps::new(reporter, all.len() * if parameters.measure { 2 } else { 1 });
-        let mut pictures = Pictures::default();
+        let mut comparison = Comparison::new(reports, parameters.measure);
         for some in all.chunks(2 * rayon::current_num_threads()) {
             let made = some.par_iter().map(|&(place, form)| {
                 reporter.check_cancelled()?;
@@ -238,9 +253,9 @@ impl Kind for ExportPage {
                     continue;
                 }
                 let mut entry = FormEntry::new(document.form(form), view, cost);
-                (entry.bytes, entry.note) = (made.bytes, made.note);
+                comparison.add(&mut entry, pair, form, made, &steps)?;
                 if parameters.measure {
-                    entry.error = pictures.measured(pair, form, made.look, &steps)?;
+                    steps.step()?;
                 }
                 document.pairs[place].views.push(entry);
             }
@@ -252,7 +267,8 @@ impl Kind for ExportPage {
                 parameters.size_limit
             ));
         }
-        let page = document.file(&blobs, context.recipe(), &pictures.figures()?)?;
+        comparison.note(reporter);
+        let page = document.file(&blobs, context.recipe(), &comparison.figures()?)?;
         reporter.note(format!(
             "{}: {} materials under {} environments",
             quantity::size(page.len() as u64),

@@ -28,7 +28,7 @@ pub(crate) fn page(parameters: &str, name: &str) -> Case {
 }
 
 /// The text and the data of a page.
-fn read(case: &Case) -> (String, Value) {
+pub(crate) fn read(case: &Case) -> (String, Value) {
     let files = case.files();
     assert_eq!(files.len(), 1);
     let text = String::from_utf8(files[0].clone()).unwrap();

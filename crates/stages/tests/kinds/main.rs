@@ -48,6 +48,7 @@ mod report;
 mod report_degrees;
 mod report_shrm;
 mod report_trade;
+mod reported_page;
 mod revisions;
 mod rotate;
 mod same_bytes;

@@ -83,7 +83,7 @@ pub(super) fn items_of(plan: &Plan, selected: &Selection, is_complete: &[bool]) 
         let mut waiting = 0;
         if selected.has(index) && !is_complete[index] {
             // Items come after those that they need.
-            for input in distinct(&item.inputs) {
+            for input in distinct(item.inputs.iter().flatten().copied()) {
                 items[input].consumers.push(index);
                 items[input].users += 1;
                 waiting += usize::from(!is_complete[input]);
@@ -94,8 +94,8 @@ pub(super) fn items_of(plan: &Plan, selected: &Selection, is_complete: &[bool]) 
     items
 }
 
-pub(super) fn distinct(inputs: &[Vec<ItemIndex>]) -> Vec<ItemIndex> {
-    let mut all = inputs.iter().flatten().copied().collect::<Vec<_>>();
+pub(super) fn distinct(items: impl Iterator<Item = ItemIndex>) -> Vec<ItemIndex> {
+    let mut all = items.collect::<Vec<_>>();
     all.sort_unstable();
     all.dedup();
     all

@@ -145,7 +145,7 @@ impl Scheduler<'_, '_> {
             self.summary.up_to_date -= 1;
             self.summary.shared -= usize::from(self.items[item].found_at.is_some());
         }
-        for input in distinct(&self.check.plan.items[item].inputs) {
+        for input in distinct(self.check.plan.items[item].inputs.iter().flatten().copied()) {
             self.items[input].users += 1;
         }
     }
@@ -199,7 +199,7 @@ impl Scheduler<'_, '_> {
 
     /// Informs the consumers of a finished item, and drops the artifacts that only it still needed.
     fn finish(&mut self, item: ItemIndex) {
-        for input in distinct(&self.check.plan.items[item].inputs) {
+        for input in distinct(self.check.plan.items[item].inputs.iter().flatten().copied()) {
             let input = &mut self.items[input];
             input.users = input.users.saturating_sub(1);
             if input.users == 0 {

@@ -16,7 +16,7 @@ use crate::storage::{Blob, Cause};
 impl<'a> Scheduler<'a, '_> {
     pub(super) fn start(&mut self, next: Next, threads: &Threads<'_, 'a>) {
         let request = match next.task {
-            Task::Fetch(item) => Request::Fetch(item, self.digest(item)),
+            Task::Fetch(item) => Request::Fetch(item, self.outputs(item).to_vec()),
             Task::Find(item) => Request::Find(item, self.key(item)),
             Task::Publish(item) => Request::Publish(item, self.outputs(item).to_vec()),
             Task::Run(item) => {
@@ -34,12 +34,15 @@ impl<'a> Scheduler<'a, '_> {
     fn run_request(&self, item: ItemIndex, is_wanted: bool) -> RunRequest {
         let plan = self.check.plan;
         let this = &plan.items[item];
-        let ports = plan.stages[this.stage].inputs.iter().zip(&this.inputs);
-        let handles = ports.map(|((port, _), inputs)| {
+        let files = &self.check.stages[this.stage].files_taken;
+        let ports = plan.stages[this.stage].inputs.iter().zip(files).zip(&this.inputs);
+        let handles = ports.map(|(((port, _), file), inputs)| {
             let handles = inputs.iter().filter_map(|input| {
-                let handle = match plan.stages[plan.items[*input].stage].product {
-                    Product::Artifact(_) => Arc::clone(self.items[*input].handle.as_ref()?),
-                    Product::Files(_) => self.context.exported_files(*input, self.outputs(*input)),
+                let outputs = self.outputs(*input);
+                let handle = match (&plan.stages[plan.items[*input].stage].product, file) {
+                    (Product::Artifact(_), _) => Arc::clone(self.items[*input].handle.as_ref()?),
+                    (Product::Files(_), Some(place)) => self.context.exported_file(outputs.get(*place)?),
+                    (Product::Files(_), None) => self.context.exported_files(*input, outputs),
                 };
                 Some((plan.items[*input].key.clone(), handle))
             });
@@ -48,13 +51,13 @@ impl<'a> Scheduler<'a, '_> {
         let reasons = if self.items[item].lost {
             vec![Reason::ResultLost]
         } else {
-            self.check.reasons(item, |input| Some(self.digest(input)))
+            self.check.reasons(item, |input| Some(self.outputs(input)))
         };
         let causes = self.check.causes(item, &reasons, |input| self.causes(input));
         RunRequest {
             item,
             key: self.key(item),
-            inputs: self.check.inputs(item, |input| self.digest(input)),
+            inputs: self.check.inputs(item, |input| self.outputs(input)),
             handles: handles.collect(),
             reasons,
             causes,
@@ -73,17 +76,13 @@ impl<'a> Scheduler<'a, '_> {
     }
 
     pub(super) fn key(&self, item: ItemIndex) -> Digest {
-        self.check.key(item, |input| self.digest(input))
+        self.check.key(item, |input| self.outputs(input))
     }
 
-    fn outputs(&self, item: ItemIndex) -> &[Blob] {
+    pub(super) fn outputs(&self, item: ItemIndex) -> &[Blob] {
         match &self.items[item].outputs {
             Some(outputs) => outputs,
             None => self.check.latest(item).map_or(&[], |latest| latest.outputs()),
         }
-    }
-
-    pub(super) fn digest(&self, item: ItemIndex) -> Digest {
-        self.check.arriving(item, self.outputs(item)).unwrap_or(Digest([0; 32]))
     }
 }

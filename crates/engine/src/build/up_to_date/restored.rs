@@ -3,29 +3,28 @@
 use super::UpToDateCheck;
 use crate::error::Error;
 use crate::event::Reason;
-use crate::key::Digest;
 use crate::plan::ItemIndex;
 use crate::shared::Shared;
-use crate::storage::{Cause, FromCache, Line, Record, Tag, short, worth_keeping};
+use crate::storage::{Blob, Cause, FromCache, Line, Record, Tag, short, worth_keeping};
 use crate::timestamp::Timestamp;
 
 impl UpToDateCheck<'_> {
     /// The latest record of an item that has this result; the next run is compared with it. `reasons` are why
-    /// the item would have run, `causes` why that changed, `digest` returns the digest of an item's artifact.
-    pub(crate) fn restored(
+    /// the item would have run, `causes` why that changed, `outputs` returns those of an item.
+    pub(crate) fn restored<'o>(
         &self,
         item: ItemIndex,
         found: &Record,
         reasons: Vec<Reason>,
         causes: &[Cause],
-        digest: impl Fn(ItemIndex) -> Digest,
+        outputs: impl Fn(ItemIndex) -> &'o [Blob],
     ) -> Record {
         let (maker, made_by) = found.maker();
         Record {
             manifest: self.plan.manifest_name(),
             item: self.name(item),
             gone: false,
-            inputs: self.inputs(item, digest),
+            inputs: self.inputs(item, outputs),
             source: self.source(item),
             mount: self.mount(item),
             reasons,

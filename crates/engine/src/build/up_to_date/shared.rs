@@ -1,8 +1,10 @@
 //! Which results a shared cache has of items that are out of date.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use super::{Freshness, UpToDateCheck};
+use crate::build::arrivals::Arrival;
 use crate::build::shared_results::{
     Description, MOST_READS, NamedFiles, ROUNDS, SharedBlobs, action, list, may_ask_for,
 };
@@ -10,7 +12,7 @@ use crate::key::Digest;
 use crate::kinds::is_left_out;
 use crate::plan::ItemIndex;
 use crate::shared::{Question, SharedCacheOptions, SharedResult};
-use crate::storage::{ReadKind, Record};
+use crate::storage::{Blob, ReadKind, Record};
 use crate::timestamp::Timestamp;
 
 impl UpToDateCheck<'_> {
@@ -29,27 +31,27 @@ impl UpToDateCheck<'_> {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Vec<Digest> {
         self.has_shared = true;
-        let mut digests = Vec::<Option<Digest>>::with_capacity(self.plan.items.len());
+        let mut known = Vec::<Option<Cow<'_, [Blob]>>>::with_capacity(self.plan.items.len());
         let mut needed = HashSet::new();
         for stage in self.plan.items.chunk_by(|one, other| one.stage == other.stage) {
-            let first = digests.len();
+            let first = known.len();
             let is_shared = self.plan.stages[stage[0].stage].configured.is_shared();
             let mut asked = Vec::new();
             for index in first..first + stage.len() {
                 let inputs = || self.plan.items[index].inputs.iter().flatten().copied();
                 if self.current[index] {
-                    digests.push(Some(self.latest_digest(index)));
+                    known.push(Some(Cow::Borrowed(self.latest_outputs(index))));
                     continue;
                 }
-                if !self.selected.has(index) || stop() || !inputs().all(|input| digests[input].is_some()) {
-                    digests.push(None);
+                if !self.selected.has(index) || stop() || !inputs().all(|input| known[input].is_some()) {
+                    known.push(None);
                     continue;
                 }
-                let key = self.key(index, |input| digests[input].unwrap_or(Digest([0; 32])));
+                let key = self.key(index, |input| known[input].as_deref().unwrap_or_default());
                 match self.freshness_of(index, key) {
-                    Freshness::Current { outputs, .. } => digests.push(self.arriving(index, &outputs)),
+                    Freshness::Current { outputs, .. } => known.push(Some(Cow::Owned(outputs))),
                     Freshness::Run => {
-                        digests.push(None);
+                        known.push(None);
                         if !self.is_forced(index) {
                             asked.push((index, key));
                         }
@@ -60,7 +62,7 @@ impl UpToDateCheck<'_> {
                 self.missed.extend(asked.iter().map(|(item, _)| *item));
                 for (item, record) in self.shared_records(&asked, options) {
                     self.missed.remove(&item);
-                    digests[item] = self.arriving(item, &record.outputs);
+                    known[item] = Some(Cow::Owned(record.outputs.clone()));
                     blobs.add(&record);
                     if options.download_all || !self.plan.items[item].files.is_empty() {
                         needed.extend(record.outputs.iter().map(|blob| blob.digest));
@@ -69,12 +71,10 @@ impl UpToDateCheck<'_> {
                 }
             }
             // What runs reads its inputs.
-            for index in (first..first + stage.len()).filter(|index| digests[*index].is_none()) {
-                let inputs = self.plan.items[index].inputs.iter().flatten();
-                // The sizes of files are known from the record.
-                let is_stored = |input: &&ItemIndex| self.plan.items[**input].files.is_empty();
-                let of_selected = inputs.filter(|_| self.selected.has(index)).filter(is_stored);
-                needed.extend(of_selected.filter_map(|input| digests[*input]));
+            for index in (first..first + stage.len()).filter(|index| known[*index].is_none()) {
+                let of_selected = self.stored_arrivals(index).filter(|_| self.selected.has(index));
+                let digest = |arrival: Arrival<'_>| self.arriving(arrival, known[arrival.from].as_deref()?);
+                needed.extend(of_selected.filter_map(digest));
             }
         }
         needed

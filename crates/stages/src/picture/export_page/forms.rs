@@ -36,6 +36,8 @@ pub(crate) struct FormLook {
     pub(crate) look: Look,
     /// The bytes of the exported files, if they are connected.
     pub(crate) bytes: Option<u64>,
+    /// Whether suns and lamps are in the map, rather than beside it.
+    pub(crate) has_lamps_in_map: bool,
     /// What a reader ought to know.
     pub(crate) note: String,
 }
@@ -117,11 +119,15 @@ impl Forms {
         if let Some(table) = pair.table.as_ref().filter(|_| form == Form::Table) {
             note = format!("F = {}, {} x {1} views", table.degree().get(), table.size());
         }
+        if let Some(map) = pair.compact_map.as_ref().filter(|_| form == Form::Compact) {
+            let taps = map.taps.table().taps();
+            note = format!("{taps} {} here", if taps == 1 { "tap" } else { "taps" });
+        }
         if form == Form::Transfer {
             note = "computed at the vertices of the mesh".into();
         }
         let look = look.with_lamps_in_maps(is_baked).with_compact_map(pair.compact_map.clone());
         let look = look.with_table(pair.table.clone());
-        Ok(FormLook { look, bytes: files.map(ExportedFiles::total), note })
+        Ok(FormLook { look, bytes: files.map(ExportedFiles::total), has_lamps_in_map: is_baked, note })
     }
 }

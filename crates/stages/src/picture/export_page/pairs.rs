@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use brdf::{BaseColorTexture, BrdfTable};
-use engine::{Failure, Inputs, ItemKey, Reporter};
+use engine::{Digest, Failure, Inputs, ItemKey, Reporter};
 use preview::{CompactMap, Light};
 
 use crate::light::light_mismatch;
@@ -22,6 +22,9 @@ pub(crate) struct Pair {
     pub(crate) reflection: Option<Arc<artifacts::Reflection>>,
     pub(crate) compact_map: Option<Arc<CompactMap>>,
     pub(crate) table: Option<Arc<BrdfTable>>,
+    /// The environment, the material and the reflection as far as they are connected: the ports, and the
+    /// digests of the artifacts there.
+    pub(crate) made_from: Vec<(&'static str, Digest)>,
     /// The material, if it is known.
     pub(crate) material: Option<brdf::Material>,
     /// The texture of the material's base colour, if it has one.
@@ -55,20 +58,23 @@ pub(crate) fn name(key: &ItemKey, otherwise: &str) -> String {
 
 /// A connected material.
 struct TexturedMaterial {
+    digest: Digest,
     material: brdf::Material,
     texture: Option<Arc<BaseColorTexture>>,
 }
 
 fn materials(inputs: &Inputs) -> Result<Vec<(ItemKey, TexturedMaterial)>, Failure> {
     let materials = inputs.many::<artifacts::Material>("material")?.into_iter();
-    let with_texture = |((key, material), bytes): ((ItemKey, Arc<artifacts::Material>), Vec<u8>)| {
+    let stored = inputs.many_bytes("material")?.into_iter().zip(inputs.many_digests("material"));
+    let mut found = Vec::new();
+    for ((key, material), (bytes, digest)) in materials.zip(stored) {
         let texture = match material.0 {
             brdf::Material::Standard(_) => artifacts::Material::texture(&bytes)?,
             _ => None,
         };
-        Ok((key, TexturedMaterial { material: material.0.clone(), texture }))
-    };
-    materials.zip(inputs.many_bytes("material")?).map(with_texture).collect()
+        found.push((key, TexturedMaterial { digest, material: material.0.clone(), texture }));
+    }
+    Ok(found)
 }
 
 /// All pairs, environment by environment.
@@ -83,6 +89,8 @@ pub(crate) fn pairs(
     let taps = inputs.many::<artifacts::Taps>("taps")?;
     let tables = inputs.many::<artifacts::BrdfTable>("table")?;
     let materials = materials(inputs)?;
+    let (of_environments, of_reflections) =
+        (inputs.many_digests("environment"), inputs.many_digests("reflection"));
     if scales.is_empty() != taps.is_empty() {
         let (is, lacks) = if taps.is_empty() { ("scale-space", "taps") } else { ("taps", "scale-space") };
         return Err(Failure::new(format!("{is} is connected, but {lacks} is not"))
@@ -96,6 +104,7 @@ pub(crate) fn pairs(
             let material = materials.iter().find(|(of, _)| !of.is_empty() && has(key, of));
             let only = materials.first().filter(|_| materials.len() == 1);
             let material = material.or(only);
+            let of_material = material.map(|(_, material)| ("material", material.digest));
             Pair {
                 key: key.clone(),
                 environment,
@@ -105,15 +114,22 @@ pub(crate) fn pairs(
                 reflection: None,
                 compact_map: None,
                 table: None,
+                made_from: [("environment", of_environments[environment])]
+                    .into_iter()
+                    .chain(of_material)
+                    .collect(),
                 material: material.map(|(_, material)| material.material.clone()),
                 texture: material.and_then(|(_, material)| material.texture.clone()),
             }
         };
-        for (key, reflection) in reflections.iter().filter(|(key, _)| has(key, own)) {
+        let reflections = reflections.iter().zip(&of_reflections);
+        for ((key, reflection), digest) in reflections.filter(|((key, _), _)| has(key, own)) {
             if let Some(difference) = light_mismatch::difference(light.environment(), &reflection.0) {
                 reporter.warn(format!("{key}: {difference}"));
             }
-            pairs.push(Pair { reflection: Some(Arc::clone(reflection)), ..known(key) });
+            let mut pair = Pair { reflection: Some(Arc::clone(reflection)), ..known(key) };
+            pair.made_from.push(("reflection", *digest));
+            pairs.push(pair);
         }
         // The pair of an item that holds for every environment, as the items of materials do.
         let pair_of = |key: &ItemKey, pairs: &mut Vec<Pair>| {

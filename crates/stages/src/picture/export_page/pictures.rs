@@ -8,7 +8,7 @@ use engine::{Failure, Steps};
 use preview::{
     Background, Camera, Cpu, Look, Mode, Picture, PointSet, RenderError, Renderer, Scene, Shot, Show,
 };
-use preview_page::{Form, FormError};
+use preview_page::{Form, FormError, MeasuredBy};
 use sphere::Rotation;
 
 use super::pairs::Pair;
@@ -31,31 +31,39 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// Draws a form of a pair and returns its error; `None` if nothing is known to compare it with.
+    /// Draws the first form of each pair for readers.
+    pub(crate) fn show(
+        &mut self,
+        pair: &Pair,
+        form: Form,
+        look: &Arc<Look>,
+        steps: &Steps<'_>,
+    ) -> Result<(), Failure> {
+        let title = pair.title();
+        if self.shown.iter().all(|(shown, ..)| *shown != title) {
+            let shown = self.draw(form.mode(), look, [SHOWN, 2], steps)?;
+            self.shown.push((title, form.label(), shown));
+        }
+        Ok(())
+    }
+
+    /// The error of a form of a pair, compared with brute force; `None` if there is nothing to measure.
     pub(crate) fn measured(
         &mut self,
         pair: &Pair,
         form: Form,
-        look: Look,
+        look: &Arc<Look>,
         steps: &Steps<'_>,
     ) -> Result<Option<FormError>, Failure> {
-        if !form.shows_material() || pair.material.is_none() {
-            steps.step()?;
-            return Ok(None);
-        }
         let title = pair.title();
-        let look = Arc::new(look);
         if !self.references.contains_key(&title) {
             let plain = Look::of_light(Arc::clone(&pair.light), pair.material.clone(), look.sizes());
             let reference = self.draw(Mode::BruteForce, &Arc::new(plain), [MEASURED, 1], steps)?;
             self.references.insert(title.clone(), reference);
-            let shown = self.draw(form.mode(), &look, [SHOWN, 2], steps)?;
-            self.shown.push((title.clone(), form.label(), shown));
         }
-        let picture = self.draw(form.mode(), &look, [MEASURED, 1], steps)?;
+        let picture = self.draw(form.mode(), look, [MEASURED, 1], steps)?;
         let error = picture.stops(&self.references[&title], pair.light.dark());
-        steps.step()?;
-        Ok(error.map(|[p95, p99]| FormError { p95, p99 }))
+        Ok(error.map(|[p95, p99]| FormError { p95, p99, by: MeasuredBy::Page }))
     }
 
     /// A sphere of so many pixels along an edge, with so many samples along each side of one.

@@ -1,0 +1,153 @@
+//! What reports measured of the forms that a page shows, read from the JSON files that they export.
+
+use std::collections::BTreeMap;
+
+use engine::{Digest, Failure, Inputs};
+use preview_page::{Form, FormError, MeasuredBy};
+use serde::Deserialize;
+
+use super::forms::FormLook;
+use super::pairs::Pair;
+
+/// The port of reports, and the file of a report that is read.
+pub(crate) const PORT: &str = "report";
+pub(crate) const ENDING: &str = ".json";
+
+/// The version of a report's JSON that is read.
+const SCHEMA: u64 = 4;
+
+/// The reports that are connected.
+pub(crate) struct Reports(Vec<Report>);
+
+/// What a report says of a form.
+pub(crate) struct ReportedForm {
+    pub(crate) error: FormError,
+    /// The bytes of the exported files, if the report knows them.
+    pub(crate) bytes: Option<u64>,
+    /// The textures and lights that were measured.
+    pub(crate) texture: String,
+}
+
+/// What every version of a report says of itself.
+#[derive(Deserialize)]
+struct Version {
+    schema: u64,
+    specula: Kind,
+}
+
+#[derive(Deserialize)]
+struct Kind {
+    kind: String,
+}
+
+#[derive(Deserialize)]
+struct Report {
+    specula: Recipe,
+    pairs: Vec<ReportedPair>,
+}
+
+/// How the report was made: the digests of what arrived at each of its ports.
+#[derive(Deserialize)]
+struct Recipe {
+    inputs: BTreeMap<String, Digests>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Digests {
+    One(String),
+    Many(Vec<String>),
+}
+
+#[derive(Deserialize)]
+struct ReportedPair {
+    environment: String,
+    material: String,
+    exports: Vec<ReportedExport>,
+}
+
+#[derive(Deserialize)]
+struct ReportedExport {
+    method: String,
+    p95: f64,
+    p99: f64,
+    file: Option<u64>,
+    texture: String,
+}
+
+impl Reports {
+    /// The reports at the port.
+    ///
+    /// # Errors
+    /// If a file is not that of a report, or of another version.
+    pub(crate) fn of(inputs: &Inputs) -> Result<Self, Failure> {
+        let files = inputs.many_files(PORT)?.into_iter();
+        let reports = files.map(|(_, bytes)| Report::read(&bytes)).collect::<Result<_, _>>();
+        Ok(Self(reports.map_err(|failure| failure.context(format!("the port {PORT}")))?))
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// What the first report that measured a form of a pair says of it.
+    pub(crate) fn form(&self, form: Form, pair: &Pair, look: &FormLook) -> Option<ReportedForm> {
+        self.0.iter().find_map(|report| {
+            let export = report.pair(pair)?.export(form, look.has_lamps_in_map)?;
+            // Files of another size are those of another export.
+            let is_own = look.bytes.is_none_or(|bytes| export.file == Some(bytes));
+            let error = FormError { p95: export.p95, p99: export.p99, by: MeasuredBy::Report };
+            is_own.then(|| ReportedForm { error, bytes: export.file, texture: export.texture.clone() })
+        })
+    }
+}
+
+impl Report {
+    fn read(bytes: &[u8]) -> Result<Self, Failure> {
+        let foreign =
+            || Failure::new("the file is not that of a report").help("connect a stage of the kind report");
+        let version: Version = serde_json::from_slice(bytes).map_err(|_| foreign())?;
+        if version.specula.kind != "report" {
+            return Err(foreign());
+        }
+        if version.schema != SCHEMA {
+            let message = format!("the report has version {} of its JSON, not {SCHEMA}", version.schema);
+            return Err(Failure::new(message).help("build the report and the page with the same program"));
+        }
+        serde_json::from_slice(bytes).map_err(|error| Failure::new(format!("the report's JSON: {error}")))
+    }
+
+    /// The pair, if the report was made from the same light and material.
+    fn pair(&self, pair: &Pair) -> Option<&ReportedPair> {
+        let is_own = pair.made_from.iter().all(|(port, digest)| self.used(port, *digest));
+        let is_named =
+            |of: &&ReportedPair| of.environment == pair.environment_name && of.material == pair.name;
+        self.pairs.iter().filter(|_| is_own).find(is_named)
+    }
+
+    /// Whether an artifact arrived at a port of the report, or nothing did.
+    fn used(&self, port: &str, digest: Digest) -> bool {
+        let digest = digest.to_string();
+        match self.specula.inputs.get(port) {
+            None => true,
+            Some(Digests::One(used)) => *used == digest,
+            Some(Digests::Many(used)) => used.contains(&digest),
+        }
+    }
+}
+
+impl ReportedPair {
+    /// The export of a form; in light without lamps an SHRM with them in it is the one without.
+    fn export(&self, form: Form, has_lamps_in_map: bool) -> Option<&ReportedExport> {
+        let of = |method: &str| self.exports.iter().find(|export| export.method == method);
+        match form {
+            Form::Compact => of("taps"),
+            Form::Shrm if has_lamps_in_map => of("shrm"),
+            Form::Shrm => of("shrm-separate").or_else(|| of("shrm")),
+            Form::Cabral => of("cabral"),
+            Form::KautzMcCool => of("kautz-mccool"),
+            Form::Plain => of("reflection-map"),
+            Form::Table | Form::Transfer | Form::Irradiance | Form::Mirror => None,
+        }
+    }
+}
