@@ -47,16 +47,17 @@
 //!
 //! ## After an edit
 //!
-//! Bricks of 4^3 probes are kept from the last bake, in another process, too, if an edit cannot change them: the bytes
-//! are those of a full bake. For each brick the artifact has which of 32^3 cells of space its paths crossed, and which
-//! light on surfaces they found. A brick is baked again if a probe of it stands elsewhere, if a surface in one of these
-//! cells is new, gone or different, or if that light is different: that is what a change does that is seen from there,
-//! straight or by reflections. So a crate that is moved in a closed room leaves the bricks of other rooms, and in rooms
-//! whose doors are open light finds its way to all of them. A note, which `specula explain` shows, counts the bricks
-//! that were kept and why the others were not. The light on surfaces is computed for the whole scene.
+//! Bricks of 4^3 probes are kept from the last bake, in another process, too, if an edit cannot change them:
+//! the bytes are those of a full bake. For each brick the artifact has which of 32^3 cells of space its paths
+//! crossed, and which light on surfaces they found. A brick is baked again if a probe of it stands elsewhere,
+//! if a surface in one of these cells is new, gone or different, or if that light is different: that is what
+//! a change does that is seen from there, straight or by reflections. So a crate that is moved in a closed
+//! room leaves the bricks of other rooms, and in rooms whose doors are open light finds its way to all of
+//! them. A note, which `specula explain` shows, counts the bricks that were kept and why the others were not.
+//! The light on surfaces is computed for the whole scene.
 //!
-//! All bricks are baked if the settings, an emissive material or the size of the level change, and with `error`, where
-//! the number of paths is known only afterwards.
+//! All bricks are baked if the settings, an emissive material or the size of the level change, and with
+//! `error`, where the number of paths is known only afterwards.
 
 use std::sync::Arc;
 
@@ -160,17 +161,20 @@ impl Kind for BakeProbes {
             let surfaces = Surfaces::new(&stored.scene);
             let steps = Steps::new(reporter, options.steps(places.len()));
             let (at, bricks) = (places.positions(), places.bricks());
+            // With an error, no brick can be kept.
             let last =
-                context.earlier::<artifacts::ProbeTransport>().filter(|last| last.0.precision == precision);
+                options.error.is_none().then(|| context.earlier::<artifacts::ProbeTransport>()).flatten();
             let last_bricks = last.as_ref().map(|last| last.0.places.bricks());
             let earlier = last.as_ref().zip(last_bricks.as_ref()).and_then(|(last, bricks)| {
-                let record = last.0.record.as_ref()?;
+                let record = last.0.record.as_ref().filter(|_| last.0.precision == precision)?;
                 Some(EarlierBake { transport: &last.0.transport, bricks, record })
             });
+            let none = BrickCounts { all: bricks.len(), other: bricks.len(), ..BrickCounts::default() };
+            let none = last.as_ref().map(|_| none);
             let bake = |stop: Stop<'_>| bake_bricks(&surfaces, at, &bricks, &options, earlier, stop);
             let baked = steps.until_stopped(bake)?;
-            if let Some(counts) = &baked.counts {
-                reporter.note(kept_text(counts));
+            if let Some(counts) = baked.counts.or(none) {
+                reporter.note(kept_text(&counts));
             }
             Ok::<_, Failure>((baked, bytes))
         })?;
@@ -192,8 +196,8 @@ impl Kind for BakeProbes {
 
 /// How many bricks are kept, and why the others are not.
 fn kept_text(counts: &BrickCounts) -> String {
-    let BrickCounts { all, whole, kept, moved, crossed, relit } = *counts;
-    if whole > 0 {
+    let BrickCounts { all, other, kept, moved, crossed, relit } = *counts;
+    if other > 0 {
         return format!(
             "all {all} bricks of probes were baked: the settings, the emissive materials or the size of the level are \
              not those of the last bake"

@@ -57,8 +57,8 @@
 //! - layout: `probe_data` of `LightmapGIData`: points, nine colours each, six tetrahedra a cell, and the tree
 //!   that finds them. The outer probes of `lattice = "centres"` are there twice, at the ends of the box too,
 //!   because Godot makes light beyond the outer probes too bright
-//! - points: `points.tres` has all probes, up to 32,768, with the Delaunay tetrahedra between them. They fill a
-//!   box of 2.75 times the size of that around the probes and a margin of 1 m or more; its corners have the
+//! - points: `points.tres` has all probes, up to 32,768, with the Delaunay tetrahedra between them. They fill
+//!   a box of 2.75 times the size of that around the probes and a margin of 1 m or more; its corners have the
 //!   light of the nearest probe. Godot blends what overlaps: the probes of volumes are among them, so that
 //!   both have the same light. Text is 1.1 KB a probe of an octree, and 4.5 KB a probe at random places
 //! - scale: radiance over pi, as Godot's baker writes it

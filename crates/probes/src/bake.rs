@@ -18,7 +18,7 @@ use crate::emitters::Emitters;
 use crate::irradiance_cache::{Cache, CacheOptions, PointLight, SKY_RAYS};
 use crate::options::{BLOCKS, BakeError, BakeOptions, BakeProbe, MOST_BYTES, relative_error};
 use crate::paths::{Numbers, Paths, PointOfCache, Visitor};
-use crate::random::{hash, hash_of};
+use crate::random::{hash, hash_of, hash_words};
 use crate::surfaces::{Place, Surfaces};
 use crate::transport::Transport;
 
@@ -53,8 +53,7 @@ pub fn bake(
     options: &BakeOptions,
     stop: Stop<'_>,
 ) -> Result<Transport, BakeError> {
-    let bricks = Bricks::one(positions);
-    bake_bricks(surfaces, positions, &bricks, options, None, stop).map(|baked| baked.transport)
+    bake_recorded(surfaces, positions, None, options, None, stop).map(|baked| baked.transport)
 }
 
 /// A transport in bricks.
@@ -62,15 +61,15 @@ pub fn bake(
 pub struct BakedBricks {
     /// The transport.
     pub transport: Transport,
-    /// What the bricks were made from; `None` if an error was asked for, since how many paths a probe has, and
-    /// with them its caches, is then only known once it is baked.
+    /// What the bricks were made from; `None` if an error was asked for, since how many paths a probe has,
+    /// and with them its caches, is then only known once it is baked.
     pub record: Option<BakeRecord>,
     /// How many bricks are those of the earlier bake, if there was one.
     pub counts: Option<BrickCounts>,
 }
 
-/// Bakes the transport to probes as [`bake()`] does, but for the bricks that an earlier bake with the same
-/// options has as they would be baked again: the result is the same to the bit.
+/// Bakes the transport to probes as [`bake()`] does, to the bit, and takes over those bricks of an earlier
+/// bake that cannot be different now.
 ///
 /// The light of points on surfaces is computed anew, and paths are traced for the other bricks alone.
 ///
@@ -84,11 +83,23 @@ pub fn bake_bricks(
     earlier: Option<EarlierBake<'_>>,
     stop: Stop<'_>,
 ) -> Result<BakedBricks, BakeError> {
+    let recorded = options.error.is_none().then_some(bricks);
+    bake_recorded(surfaces, positions, recorded, options, earlier, stop)
+}
+
+/// Bakes the transport to probes. With bricks, what they are made from is recorded.
+fn bake_recorded(
+    surfaces: &Surfaces<'_>,
+    positions: &[[f32; 3]],
+    bricks: Option<&Bricks>,
+    options: &BakeOptions,
+    earlier: Option<EarlierBake<'_>>,
+    stop: Stop<'_>,
+) -> Result<BakedBricks, BakeError> {
     options.check(positions)?;
     let channels = surfaces.channels();
     let emitters = Emitters::of(surfaces);
-    let grid = CellGrid::new(bricks.bounds);
-    let recorded = options.error.is_none().then_some(&grid);
+    let grid = bricks.map(|bricks| CellGrid::new(bricks.bounds));
     let bases = [Basis::new(options.degree), Basis::new(options.sky)];
     let paths = Paths { surfaces, emitters: Some(&emitters), bounces: options.bounces };
     let (rows, columns) = (options.degree.rows(), options.sky.rows());
@@ -108,59 +119,58 @@ pub fn bake_bricks(
         let cache = |block: usize| {
             let seed = hash(options.seed) ^ block as u64;
             let channels = &numbers_of_point;
-            let options = CacheOptions { points, rays, seed, with_direct: true, channels, cells: recorded };
+            let options =
+                CacheOptions { points, rays, seed, with_direct: true, channels, cells: grid.as_ref() };
             Cache::new(&paths, &options, || SkyAtPoint::new(shape, &bases[1]), stop)
         };
         Ok(Some((0..BLOCKS).map(cache).collect::<Result<Vec<_>, _>>()?))
     };
-    let mut prepared = None;
-    let mut record = None;
-    if let Some(grid) = recorded {
-        let mut made = caches(options.first_paths())?;
-        let groups = made.iter_mut().flatten().filter_map(|cache| cache.groups.as_mut()).collect::<Vec<_>>();
-        let groups = PointGroups::number(groups);
+    let mut first_caches = caches(options.first_paths())?;
+    let record = bricks.zip(grid.as_ref()).map(|(bricks, grid)| {
         let digests: Vec<u64> = surfaces.digests().collect();
-        let sizes = made.iter().flatten().map(Cache::digest);
-        let whole = [emitters.digest(&digests), grid.digest(), channels as u64, surfaces.columns as u64];
-        let own = format!("{REVISION} {options:?}").into_bytes();
-        let whole = whole.into_iter().chain(sizes).chain(own.into_iter().map(u64::from));
-        let whole = whole.fold(0, |whole, part| hash(whole ^ part));
-        let contents = grid.contents(surfaces, &digests);
-        record = Some(BakeRecord::begin(whole, contents, groups, positions, bricks));
-        prepared = Some(made);
-    }
+        let of_all = digest_of_all(&paths, grid, &digests, first_caches.as_deref(), options);
+        let groups = first_caches.iter_mut().flatten().filter_map(|cache| cache.groups.as_mut());
+        let groups = PointGroups::number(groups.collect());
+        let contents = grid.contents(surfaces, &digests, stop)?;
+        Ok::<_, BakeError>(BakeRecord::begin(of_all, contents, groups, positions, bricks))
+    });
+    let record = record.transpose()?;
     let mut transport = Transport::empty(options.degree, options.sky, channels, surfaces.columns);
-    let earlier = earlier.filter(|earlier| earlier.transport.shape() == transport.shape());
-    let fates = record.as_ref().zip(earlier).map(|(record, earlier)| record.fates(bricks, &earlier));
+    let bricks = bricks.map_or(&[][..], |bricks| &bricks.probes);
+    let fates = record.as_ref().zip(earlier).map(|(record, earlier)| {
+        let is_alike = earlier.transport.shape() == transport.shape();
+        record.fates(bricks, &earlier, is_alike)
+    });
     let groups = record.as_ref().map_or(0, |record| record.groups.len());
-    let recorded = recorded.map(|grid| (grid, groups));
+    let recorded = grid.as_ref().map(|grid| (grid, groups));
     let (of_sky, of_emitters) = (rows * columns * channels, rows * 3 * surfaces.columns);
     transport.sky = vec![0.0; positions.len() * of_sky];
     transport.direct = vec![0.0; positions.len() * of_emitters];
     transport.indirect = vec![0.0; positions.len() * of_emitters];
     transport.paths = vec![0; positions.len()];
     transport.errors = vec![0.0; positions.len()];
-    let mut depends: Vec<Dependencies> = bricks.probes.iter().map(|_| Dependencies::new(groups)).collect();
+    let mut depends: Vec<Dependencies> = bricks.iter().map(|_| Dependencies::new(groups)).collect();
     let mut is_kept = vec![false; positions.len()];
     if let (Some(record), Some(earlier)) = (&record, &earlier) {
         for (brick, fate) in fates.iter().flatten().enumerate() {
             let Fate::Kept(before) = fate else { continue };
             depends[brick] = record.dependencies_of_kept(earlier.record, *before);
-            for (own, from) in bricks.probes[brick].iter().zip(&earlier.bricks.probes[*before]) {
+            for (own, from) in bricks[brick].iter().zip(&earlier.bricks.probes[*before]) {
                 transport.take_probe(*own as usize, earlier.transport, *from as usize);
                 is_kept[*own as usize] = true;
             }
         }
     }
     let mut brick_of = vec![0; positions.len()];
-    for (brick, probes) in bricks.probes.iter().enumerate() {
+    for (brick, probes) in bricks.iter().enumerate() {
         probes.iter().for_each(|probe| brick_of[*probe as usize] = brick);
     }
     let open: Vec<usize> = (0..positions.len()).filter(|probe| !is_kept[*probe]).collect();
     let places: Vec<[f32; 3]> = open.iter().map(|probe| positions[*probe]).collect();
     let bake = BakeTransport { paths: &paths, positions: &places, options, shape, bases: &bases, recorded };
-    let mut prepare = |count| prepared.take().map_or_else(|| caches(count), Ok);
-    options.in_rounds(open.len(), stop, &mut prepare, &bake, |index, baked: Baked| {
+    let mut first_caches = Some(first_caches);
+    let prepare = |count| first_caches.take().map_or_else(|| caches(count), Ok);
+    options.in_rounds(open.len(), stop, prepare, &bake, |index, baked: Baked| {
         let probe = open[index];
         let Baked { sky, emission: [direct, indirect], count, error, depends: own } = baked;
         if let Some(own) = own {
@@ -177,6 +187,23 @@ pub fn bake_bricks(
     })?;
     let record = record.map(|record| record.finish(&depends));
     Ok(BakedBricks { transport, record, counts: fates.as_deref().map(BrickCounts::of) })
+}
+
+/// A hash of what all probes depend on.
+fn digest_of_all(
+    paths: &Paths<'_>,
+    grid: &CellGrid,
+    triangles: &[u64],
+    caches: Option<&[Cache]>,
+    options: &BakeOptions,
+) -> u64 {
+    let emitters = paths.emitters.map_or(0, |emitters| emitters.digest(triangles));
+    let channels = paths.surfaces.channels() as u64;
+    let numbers = [emitters, grid.digest(), channels, paths.surfaces.columns as u64];
+    let sizes = caches.unwrap_or_default().iter().map(Cache::digest);
+    let text = format!("{REVISION} {options:?}").into_bytes();
+    let all = numbers.into_iter().chain(sizes).chain(text.into_iter().map(u64::from));
+    hash_words(0, all)
 }
 
 /// The seed of a probe: that of its place alone.

@@ -1,11 +1,11 @@
-//! Bricks of probes, and which of them are as an earlier bake has them.
+//! Bricks of probes, and which of them can be taken over from an earlier bake.
 //!
 //! The light of a probe is made from what is in the cells of space that its paths cross ([`crate::cells`]),
 //! and from the light of the points of the cache at which they end. Those points are taken in groups: of one
 //! cell, between which light goes from one to the other, if not straight then by others, so that two rooms
 //! do not become one by their common wall. A brick is kept if its probes stand where they stood, nothing is
-//! different in the cells that it depends on, and its groups have the light that they had: to the bit, as
-//! it would be baked again.
+//! different in the cells that it depends on, and its groups have the light that they had. A full bake would
+//! make the same bits of it.
 
 use std::collections::HashMap;
 
@@ -30,7 +30,7 @@ pub struct Bricks {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BakeRecord {
     /// A hash of what all probes depend on.
-    pub whole: u64,
+    pub of_all: u64,
     /// A hash of the surfaces in each cell of space.
     pub contents: Vec<u64>,
     /// Hashes of the light of each group of points on surfaces, ascending.
@@ -40,7 +40,7 @@ pub struct BakeRecord {
     /// The cells that each brick depends on, a bit for each: [brick, word].
     pub cells: Vec<u64>,
     /// The groups that each brick depends on, a bit for each: [brick, word].
-    pub lit_by: Vec<u64>,
+    pub light: Vec<u64>,
 }
 
 /// An earlier bake, of which bricks may be kept.
@@ -60,7 +60,7 @@ pub struct BrickCounts {
     /// All bricks.
     pub all: usize,
     /// Those of a bake with other settings, emissive materials or sizes, which all probes depend on.
-    pub whole: usize,
+    pub other: usize,
     /// Those that are kept.
     pub kept: usize,
     /// Those with a probe that stands elsewhere, or that is new.
@@ -79,23 +79,18 @@ pub(crate) struct Dependencies {
     pub(crate) groups: Vec<u64>,
 }
 
-/// What becomes of a brick.
+/// Whether a brick is kept, and why not.
 pub(crate) enum Fate {
     /// It is this one of the earlier bake.
     Kept(usize),
-    Whole,
+    /// All probes depend on what is different.
+    Other,
     Moved,
     Crossed,
     Relit,
 }
 
 impl Bricks {
-    /// All probes in one brick.
-    pub(crate) fn one(positions: &[[f32; 3]]) -> Self {
-        let bounds = positions.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], grown);
-        Self { bounds, probes: vec![(0..positions.len() as u32).collect()] }
-    }
-
     /// The number of bricks.
     pub fn len(&self) -> usize {
         self.probes.len()
@@ -153,16 +148,16 @@ impl Dependencies {
 
 impl BakeRecord {
     /// Whether its parts belong together.
-    pub fn is_whole(&self) -> bool {
+    pub fn is_consistent(&self) -> bool {
         let bricks = self.places.len();
         self.contents.len() == 64 * WORDS
             && self.cells.len() == bricks * WORDS
-            && self.lit_by.len() == bricks * self.groups.len().div_ceil(64)
+            && self.light.len() == bricks * self.groups.len().div_ceil(64)
     }
 
     /// What is known of a bake before its probes are baked.
     pub(crate) fn begin(
-        whole: u64,
+        of_all: u64,
         contents: Vec<u64>,
         groups: Vec<u64>,
         positions: &[[f32; 3]],
@@ -172,28 +167,29 @@ impl BakeRecord {
             hash_of(0, probes.iter().flat_map(|probe| positions[*probe as usize]).map(|x| x + 0.0))
         };
         let places = bricks.probes.iter().map(place).collect();
-        Self { whole, contents, groups, places, ..Self::default() }
+        Self { of_all, contents, groups, places, ..Self::default() }
     }
 
-    /// What becomes of each brick, after an earlier bake.
-    pub(crate) fn fates(&self, bricks: &Bricks, earlier: &EarlierBake<'_>) -> Vec<Fate> {
+    /// For each brick, whether that of an earlier bake is kept. None is unless the transports are alike in
+    /// shape.
+    pub(crate) fn fates(&self, bricks: &[Vec<u32>], earlier: &EarlierBake<'_>, is_alike: bool) -> Vec<Fate> {
         let EarlierBake { transport, bricks: before, record } = earlier;
-        let belongs = record.is_whole() && record.places.len() == before.len();
+        let belongs = record.is_consistent() && record.places.len() == before.len();
         let are_there = before.probes.iter().flatten().all(|probe| (*probe as usize) < transport.len());
-        if !(belongs && are_there) || record.whole != self.whole {
-            return bricks.probes.iter().map(|_| Fate::Whole).collect();
+        if !(is_alike && belongs && are_there) || record.of_all != self.of_all {
+            return bricks.iter().map(|_| Fate::Other).collect();
         }
         let different = CellSet::different(&self.contents, &record.contents);
-        let lost: Vec<bool> =
+        let is_missing: Vec<bool> =
             record.groups.iter().map(|group| self.groups.binary_search(group).is_err()).collect();
         let places: HashMap<u64, usize> = record.places.iter().copied().zip(0..).collect();
         let fate = |(brick, place): (usize, &u64)| {
-            let is_as_long = |at: &&usize| before.probes[**at].len() == bricks.probes[brick].len();
+            let is_as_long = |at: &&usize| before.probes[**at].len() == bricks[brick].len();
             let Some(&at) = places.get(place).filter(is_as_long) else { return Fate::Moved };
             let depends = record.dependencies(at);
             if depends.cells.meets(&different) {
                 Fate::Crossed
-            } else if depends.groups().any(|group| lost.get(group).copied().unwrap_or(true)) {
+            } else if depends.groups().any(|group| is_missing.get(group).copied().unwrap_or(true)) {
                 Fate::Relit
             } else {
                 Fate::Kept(at)
@@ -209,7 +205,7 @@ impl BakeRecord {
             self.cells.get(brick * WORDS..).and_then(|rest| rest.get(..WORDS)).unwrap_or(&[]),
         );
         let groups =
-            self.lit_by.get(brick * words..).and_then(|rest| rest.get(..words)).unwrap_or(&[]).to_vec();
+            self.light.get(brick * words..).and_then(|rest| rest.get(..words)).unwrap_or(&[]).to_vec();
         Dependencies { cells: cells.unwrap_or_else(CellSet::new), groups }
     }
 
@@ -229,7 +225,7 @@ impl BakeRecord {
     /// Adds what all bricks depend on.
     pub(crate) fn finish(mut self, bricks: &[Dependencies]) -> Self {
         self.cells = bricks.iter().flat_map(|brick| brick.cells.words()).copied().collect();
-        self.lit_by = bricks.iter().flat_map(|brick| &brick.groups).copied().collect();
+        self.light = bricks.iter().flat_map(|brick| &brick.groups).copied().collect();
         self
     }
 }
@@ -251,7 +247,7 @@ impl BrickCounts {
         for fate in fates {
             match fate {
                 Fate::Kept(_) => counts.kept += 1,
-                Fate::Whole => counts.whole += 1,
+                Fate::Other => counts.other += 1,
                 Fate::Moved => counts.moved += 1,
                 Fate::Crossed => counts.crossed += 1,
                 Fate::Relit => counts.relit += 1,
@@ -299,7 +295,11 @@ impl PointGroups {
     }
 }
 
-/// For each of some points the first of those that links lead to or from, if not straight then by others.
+/// The part of the scene of points that meet nothing but the sky.
+const UNLINKED: u32 = u32::MAX;
+
+/// For each of some points the first of those that links lead to or from, if not straight then by others;
+/// [`UNLINKED`] for those without a link.
 pub(crate) fn connected(count: usize, links: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     let mut above: Vec<u32> = (0..count as u32).collect();
     fn first(above: &mut [u32], mut at: u32) -> u32 {
@@ -313,5 +313,8 @@ pub(crate) fn connected(count: usize, links: impl Iterator<Item = (u32, u32)>) -
         let [one, other] = [one, other].map(|at| first(&mut above, at));
         above[one.max(other) as usize] = one.min(other);
     }
-    (0..count as u32).map(|at| first(&mut above, at)).collect()
+    let first: Vec<u32> = (0..count as u32).map(|at| first(&mut above, at)).collect();
+    let mut sizes = vec![0_u32; count];
+    first.iter().for_each(|at| sizes[*at as usize] += 1);
+    first.iter().map(|at| if sizes[*at as usize] == 1 { UNLINKED } else { *at }).collect()
 }

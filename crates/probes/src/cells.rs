@@ -1,6 +1,7 @@
 //! Cells of space: which of them rays cross, and what is in each.
 
 use glam::Vec3;
+use sh::{Stop, Stopped};
 
 use crate::random::{hash, hash_of};
 use crate::surfaces::Surfaces;
@@ -18,6 +19,9 @@ const BEYOND: f32 = 0.125;
 /// little beyond their edges, and cross cells as exactly as single precision allows.
 const WIDER: f32 = 1.0 / 64.0;
 const WIDER_BY_SIZE: f32 = 1e-4;
+
+/// The triangles between two questions whether to stop.
+const BETWEEN_CHECKS: usize = 256;
 
 /// The words of a set of cells.
 pub(crate) const WORDS: usize = SIDE * SIDE * SIDE / 64;
@@ -67,11 +71,22 @@ impl CellGrid {
         lines.flat_map(move |(y, z)| (first[0]..=last[0]).map(move |x| Self::number([x, y, z])))
     }
 
-    /// What surfaces are in each cell, as a hash of theirs; 0 where there are none.
-    pub(crate) fn contents(&self, surfaces: &Surfaces<'_>, digests: &[u64]) -> Vec<u64> {
+    /// A hash of the surfaces in each cell, by a hash of each triangle; 0 where there are none.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub(crate) fn contents(
+        &self,
+        surfaces: &Surfaces<'_>,
+        digests: &[u64],
+        stop: Stop<'_>,
+    ) -> Result<Vec<u64>, Stopped> {
         let mut contents = vec![0; 64 * WORDS];
         let wider = WIDER * self.scale.recip();
-        for (corners, digest) in surfaces.parts.triangles.iter().zip(digests) {
+        for (index, (corners, digest)) in surfaces.parts.triangles.iter().zip(digests).enumerate() {
+            if index % BETWEEN_CHECKS == 0 {
+                stop.check()?;
+            }
             let [a, b, c] = corners.map(Vec3::from);
             let (least, most) = (a.min(b).min(c), a.max(b).max(c));
             let wider = wider + WIDER_BY_SIZE * (most - least);
@@ -79,7 +94,7 @@ impl CellGrid {
                 contents[cell] = hash(contents[cell] ^ digest);
             }
         }
-        contents
+        Ok(contents)
     }
 
     /// A hash of the grid.
@@ -139,11 +154,15 @@ impl CellSet {
 
     /// Adds the cells in which a box is.
     pub(crate) fn add_box(&mut self, grid: &CellGrid, least: Vec3, most: Vec3) {
-        let [first, last] = [least, most].map(|corner| CellGrid::number(grid.in_cells(corner).map(along)));
-        if first == last {
-            return self.add(first);
+        let [first, last] = [least, most].map(|corner| grid.in_cells(corner).map(along));
+        // The cells along x are half a word.
+        let line = (u64::MAX >> (63 - (last[0] - first[0]))) << first[0];
+        for z in first[2]..=last[2] {
+            for y in first[1]..=last[1] {
+                let start = CellGrid::number([0, y, z]);
+                self.0[start / 64 % WORDS] |= line << (start % 64);
+            }
         }
-        grid.cells_of(least, most).for_each(|cell| self.add(cell));
     }
 
     /// Adds the cells that a ray crosses up to a distance (Amanatides and Woo, "A fast voxel traversal
@@ -220,6 +239,22 @@ mod tests {
                 "{ray}: {}",
                 count(&both) - count(&places)
             );
+        }
+    }
+
+    #[test]
+    fn a_box_has_the_cells_of_its_places() {
+        let grid = CellGrid::new([[0.0; 3], [28.0; 3]]);
+        for (least, most) in [
+            (Vec3::new(3.2, 4.1, 5.3), Vec3::new(3.3, 4.2, 5.4)),
+            (Vec3::new(-9.0, 7.5, 20.0), Vec3::new(90.0, 12.5, 21.5)),
+            (Vec3::new(1.0, 2.0, 3.0), Vec3::new(14.0, 2.0, 9.0)),
+            (Vec3::splat(-100.0), Vec3::splat(100.0)),
+        ] {
+            let (mut set, mut expected) = (CellSet::new(), CellSet::new());
+            set.add_box(&grid, least, most);
+            grid.cells_of(least, most).for_each(|cell| expected.add(cell));
+            assert_eq!(set, expected);
         }
     }
 

@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use crate::random::hash;
+use crate::random::hash_words;
 use crate::surfaces::Surfaces;
 
 /// The share of the surface of a scene from which on an emitter is large.
@@ -82,9 +82,9 @@ impl Emitters {
     pub(crate) fn digest(&self, triangles: &[u64]) -> u64 {
         let of_emitter = |emitter: &Emitter| {
             let own = emitter.triangles.iter().map(|triangle| triangles[*triangle as usize]);
-            own.fold(emitter.column as u64, |digest, triangle| hash(digest ^ triangle))
+            hash_words(emitter.column as u64, own)
         };
-        self.small.iter().map(of_emitter).fold(0, |digest, emitter| hash(digest ^ emitter))
+        hash_words(0, self.small.iter().map(of_emitter))
     }
 
     /// The shadow rays that a vertex casts.

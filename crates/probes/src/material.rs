@@ -1,6 +1,6 @@
 //! Matte surfaces: what they reflect, emit and let through.
 
-use crate::random::hash;
+use crate::random::hash_words;
 use crate::texture::TextureUse;
 
 /// The highest albedo: in a closed room whose walls reflect everything, light never ends.
@@ -96,7 +96,7 @@ impl Material {
         .map(|(_, what)| what)
     }
 
-    /// A hash of what light sees of it, for hashes of the scene's textures.
+    /// A hash of what transport depends on, for hashes of the scene's textures: that is for a radiance of 1.
     pub(crate) fn digest(&self, textures: &[u64]) -> u64 {
         let Self { name: _, base, base_texture, metallic, metallic_texture, .. } = self;
         let Self { emission, alpha, transmission, is_double_sided, is_unlit, .. } = self;
@@ -105,12 +105,12 @@ impl Material {
                 (textures.get(texture as usize).copied(), wrap, is_nearest)
             })
         };
-        let emission = emission.map(|Emission { radiance, texture }| (radiance, how(&texture)));
+        let emission = emission.map(|Emission { radiance: _, texture }| how(&texture));
         let all = (
             (base, how(base_texture), metallic, how(metallic_texture)),
             (emission, alpha, transmission, is_double_sided, is_unlit),
         );
-        format!("{all:?}").bytes().fold(0, |digest, byte| hash(digest ^ u64::from(byte)))
+        hash_words(0, format!("{all:?}").bytes().map(u64::from))
     }
 
     /// Whether every ray that meets it ends there.

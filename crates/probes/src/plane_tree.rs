@@ -262,7 +262,7 @@ mod tests {
             (0..50).map(line).collect(),
         ];
         for points in sets {
-            let all = Tetrahedra::new(size, &points, Stop::NEVER).unwrap();
+            let all = Tetrahedra::new(size, &points, usize::MAX, Stop::NEVER).unwrap().unwrap();
             let nodes = plane_tree(&all, Stop::NEVER).unwrap();
             let faces = |own: usize| {
                 let at = all.at(own);

@@ -8,9 +8,14 @@ pub(crate) fn hash(number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// A hash of words, one after the other, and of a seed.
+pub(crate) fn hash_words(seed: u64, words: impl IntoIterator<Item = u64>) -> u64 {
+    words.into_iter().fold(seed, |seed, word| hash(seed ^ word))
+}
+
 /// A hash of numbers, bit by bit, and of a seed.
 pub(crate) fn hash_of(seed: u64, numbers: impl IntoIterator<Item = f32>) -> u64 {
-    numbers.into_iter().fold(seed, |seed, number| hash(seed ^ u64::from(number.to_bits())))
+    hash_words(seed, numbers.into_iter().map(|number| u64::from(number.to_bits())))
 }
 
 /// A hash as a number in [0, 1).

@@ -9,7 +9,7 @@
 //!
 //! The points of a triangle depend on a seed and its own corners: what changes elsewhere leaves them where
 //! they are. The area of a point and the most points of a triangle are powers of two, so that they stay as
-//! well; and of two points that are as near to a place, the grid has no part in which of them is taken.
+//! well. Of two points that are as near to a place, their coordinates choose, not their order in the grid.
 
 use glam::Vec3;
 
@@ -163,8 +163,8 @@ impl SurfacePoints {
         self.places.iter().copied().zip(self.sequences.iter().copied())
     }
 
-    /// A box around all that the point which stands for a place depends on: other points that are as near, and
-    /// what may be in between.
+    /// A box around all that the point which stands for a place depends on: other points that are as near,
+    /// and what may be in between.
     pub(crate) fn box_of_find(&self, surfaces: &Surfaces<'_>, place: &Place) -> [Vec3; 2] {
         let (at, own) = (place.position, self.of_triangle.get(place.triangle as usize));
         let (one, other) = match own {

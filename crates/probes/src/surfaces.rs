@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use transfer::{RayCaster, RayHit};
 
 use crate::material::{Alpha, Emission, MOST_ALBEDO, Material};
-use crate::random::{hash_of, share_of};
+use crate::random::{hash, hash_of, share_of};
 use crate::scene::{Corner, Scene, SceneParts};
 use crate::texture::{Levels, Texture, TextureUse};
 
@@ -58,8 +58,8 @@ impl Passed {
         }
     }
 
-    /// What all of them leave of the ray's light. A tree finds them in an order of its own, which has no part
-    /// in how the product is rounded.
+    /// What all of them leave of the ray's light. They are multiplied in the order of their distances: a tree
+    /// finds them in any order, and the product is rounded.
     fn left(mut self) -> [f32; 3] {
         self.0.sort_by(|one, other| one.partial_cmp(other).unwrap_or(Ordering::Equal));
         self.0.iter().fold([1.0; 3], |left, (_, passing)| [0, 1, 2].map(|k| left[k] * passing[k]))
@@ -87,8 +87,9 @@ impl<'a> Surfaces<'a> {
     /// For each triangle, a hash of all that light sees of it.
     pub(crate) fn digests(&self) -> impl Iterator<Item = u64> {
         let textures: Vec<u64> = self.parts.textures.par_iter().map(Texture::digest).collect();
-        let material = |material: &Material| material.digest(&textures);
-        let materials: Vec<u64> = self.parts.materials.iter().map(material).collect();
+        let material =
+            |(material, column): (&Material, &u32)| hash(material.digest(&textures) ^ u64::from(*column));
+        let materials: Vec<u64> = self.parts.materials.iter().zip(&self.column_of).map(material).collect();
         let parts = self.parts;
         (0..parts.triangles.len()).map(move |triangle| {
             let material = materials[parts.material_of[triangle] as usize];

@@ -57,9 +57,16 @@ impl Tetrahedra {
     /// The longest side of the box is at most [`Self::SIDE`] and five times the shortest. No point is on its
     /// surface or beyond. Points at the same place are one. The result depends on the order of the points.
     ///
+    /// `None` if there are more than `most` tetrahedra.
+    ///
     /// # Errors
     /// If it was stopped.
-    pub fn new(size: WholePlace, points: &[WholePlace], stop: Stop<'_>) -> Result<Self, Stopped> {
+    pub fn new(
+        size: WholePlace,
+        points: &[WholePlace],
+        most: usize,
+        stop: Stop<'_>,
+    ) -> Result<Option<Self>, Stopped> {
         let mut all = Self::of_box(size);
         // Each second point, each second of the others, and so on, last ones first: a point that is added
         // beside all others would be in the spheres of many tetrahedra.
@@ -71,6 +78,9 @@ impl Tetrahedra {
             if count % BETWEEN_CHECKS == 0 {
                 stop.check()?;
             }
+            if all.corners.len() - all.free.len() > most {
+                return Ok(None);
+            }
             let place = points[point];
             near = all.holding(place, near);
             let known = all.corners[near].into_iter().find(|corner| all.places[*corner as usize] == place);
@@ -80,7 +90,7 @@ impl Tetrahedra {
             }
         }
         all.close_gaps();
-        Ok(all)
+        Ok(Some(all).filter(|all| all.len() <= most))
     }
 
     /// The tetrahedra of a box without points: six along its diagonal.
@@ -273,7 +283,7 @@ mod tests {
     /// Checks that tetrahedra fill the box, are linked with those beyond their faces, have all points as
     /// corners, and hold no point in their spheres, which says that two of them have nothing in common.
     fn check(size: WholePlace, points: &[WholePlace]) -> Tetrahedra {
-        let all = Tetrahedra::new(size, points, Stop::NEVER).unwrap();
+        let all = Tetrahedra::new(size, points, usize::MAX, Stop::NEVER).unwrap().unwrap();
         let whole = 6 * size.map(i128::from).iter().product::<i128>();
         assert_eq!((0..all.len()).map(|own| volume(all.at(own))).sum::<i128>(), whole);
         let mut is_corner = vec![false; all.places().len()];
@@ -314,6 +324,7 @@ mod tests {
         let side = Tetrahedra::SIDE;
         for size in [[side; 3], [side, side / 5, side / 2], [7, 9, 5]] {
             assert_eq!(check(size, &[]).len(), 6);
+            assert!(Tetrahedra::new(size, &[], 5, Stop::NEVER).unwrap().is_none());
             for count in [1, 2, 3, 4, 50, 400] {
                 let place = |k: usize| [0, 1, 2].map(|axis| number(3 * k + axis, size[axis]));
                 check(size, &(0..count).map(place).collect::<Vec<_>>());

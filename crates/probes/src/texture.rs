@@ -4,7 +4,7 @@
 use brdf::Wrap;
 use rayon::prelude::*;
 
-use crate::random::hash;
+use crate::random::hash_words;
 
 /// A picture of a scene: linear RGB and alpha, row by row from the top, 65535 for 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl Texture {
             [green, blue, alpha].iter().fold(u64::from(red), |word, code| word << 16 | u64::from(*code))
         };
         let size = self.size.map(|side| side as u64);
-        size.into_iter().chain(self.texels.iter().map(word)).fold(0, |digest, word| hash(digest ^ word))
+        hash_words(0, size.into_iter().chain(self.texels.iter().map(word)))
     }
 
     /// Whether red, green and blue are the same in every texel.

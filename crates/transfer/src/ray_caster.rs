@@ -8,7 +8,9 @@
 //! What a ray meets does not depend on the tree, nor on triangles that it does not come near: boxes are wide
 //! enough for all places at which a ray hits a triangle in them.
 
-use glam::{Vec3, Vec3A, Vec4};
+use std::cmp::Reverse;
+
+use glam::{Vec3, Vec4};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -28,13 +30,17 @@ const LEAST_WEIGHT: f32 = 4.0 * WIDER;
 /// triangle (Wächter and Binder, "A Fast and Robust Method for Avoiding Self-Intersection", 2019).
 const ROUNDINGS: f32 = 8.0;
 
-/// Distances that differ by less than this share are one. Of two triangles in one place the ray meets the
-/// larger, which the other lies on, as a box stands on the ground; of two that are as large, the one that
+/// How much wider boxes are for the rounding of coordinates, as a share of the largest of a triangle, and of
+/// the origin of a ray.
+const WIDER_BY_ROUNDING: f32 = ROUNDINGS * f32::EPSILON;
+
+/// Distances that differ by less than this share are one. Of the triangles in one place the ray meets the
+/// largest, which the others lie on, as a box stands on the ground; of those that are as large, one that
 /// shows its front, as a wall of two sides does; else the first.
 const SAME_DISTANCE: f32 = 1e-6;
 
-/// How much larger than another one a triangle is for it to be the ground of the other.
-const LARGER: f32 = 1.01;
+/// The digits of a size, in bits, that make no triangle larger than another one: sizes are in steps of 1/64.
+const OF_NO_SIZE: u32 = f32::MANTISSA_DIGITS - 1 - 6;
 
 /// How much later rays leave boxes than computed, as a factor: rounding must not lose what lies in a flat
 /// one.
@@ -87,6 +93,8 @@ pub struct RayHit {
 /// A ray as boxes and triangles read it.
 struct Ray {
     origin: [Vec4; 3],
+    /// The origin, moved forward and backward along each axis by its rounding.
+    moved: [[Vec4; 3]; 2],
     direction: [Vec4; 3],
     inverse: [Vec4; 3],
     /// 1 for each axis along which the ray enters boxes at the greatest coordinate.
@@ -96,8 +104,14 @@ struct Ray {
 impl Ray {
     fn new(origin: Vec3, direction: Vec3) -> Self {
         let inverse = direction.to_array().map(safe_inverse);
+        let rounding = WIDER_BY_ROUNDING * origin.abs().max_element();
+        let moved = [rounding, -rounding].map(|rounding| {
+            let along = |k: usize| origin[k] + rounding.copysign(rounding * inverse[k]);
+            [0, 1, 2].map(|k| Vec4::splat(along(k)))
+        });
         Self {
             origin: origin.to_array().map(Vec4::splat),
+            moved,
             direction: direction.to_array().map(Vec4::splat),
             inverse: inverse.map(Vec4::splat),
             down: inverse.map(|inverse| usize::from(inverse < 0.0)),
@@ -126,10 +140,7 @@ impl RayCaster {
         }
         let params =
             BvhBuildParams { pre_split: false, max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
-        let corners = |Triangle { v0, v1, v2 }: &Triangle| [*v0, *v1, *v2];
-        let largest =
-            solid.iter().flat_map(corners).fold(0.0, |most, corner| corner.abs().max_element().max(most));
-        let boxes: Vec<Aabb> = solid.iter().map(|triangle| around(&corners(triangle), largest)).collect();
+        let boxes: Vec<Aabb> = solid.iter().map(around).collect();
         let tree = build_bvh2(&boxes, params, &mut std::time::Duration::default());
         caster.collapse(&tree, &solid, &indices);
         caster
@@ -192,32 +203,39 @@ impl RayCaster {
         direction: Vec3,
         mut meets: impl FnMut(&RayHit) -> bool,
     ) -> Option<RayHit> {
-        let (mut best, mut reach): (Option<RayHit>, f32) = (None, f32::INFINITY);
-        self.traverse(&Ray::new(origin, direction), f32::INFINITY, |hit| {
-            let is_nearer = match best {
-                Some(best) if (hit.distance - best.distance).abs() <= SAME_DISTANCE * best.distance => {
-                    self.is_before(&hit, &best)
+        let ray = Ray::new(origin, direction);
+        let (mut nearest, mut reach, mut is_one): (Option<RayHit>, f32, bool) = (None, f32::INFINITY, true);
+        self.traverse(&ray, reach, |hit| {
+            let is_nearer = nearest.is_none_or(|nearest| hit.distance < nearest.distance);
+            let is_near = nearest.is_some_and(|nearest| {
+                (hit.distance - nearest.distance).abs() <= SAME_DISTANCE * nearest.distance
+            });
+            if (is_nearer || is_near) && meets(&hit) {
+                is_one &= !is_near;
+                if is_nearer {
+                    nearest = Some(hit);
+                    reach = hit.distance * (1.0 + SAME_DISTANCE);
                 }
-                Some(best) => hit.distance < best.distance,
-                None => true,
-            };
-            if is_nearer && meets(&hit) {
-                best = Some(hit);
-                reach = hit.distance * (1.0 + SAME_DISTANCE);
             }
             reach
         });
-        best
+        if is_one {
+            return nearest;
+        }
+        let mut first: Option<RayHit> = None;
+        self.traverse(&ray, reach, |hit| {
+            if first.is_none_or(|first| self.order(&hit) < self.order(&first)) && meets(&hit) {
+                first = Some(hit);
+            }
+            reach
+        });
+        first
     }
 
-    /// Whether a ray meets the first of two triangles that are in one place.
-    fn is_before(&self, one: &RayHit, other: &RayHit) -> bool {
-        let size = |hit: &RayHit| self.sizes.get(hit.triangle as usize).copied().unwrap_or(0.0);
-        let (own, others) = (size(one), size(other));
-        if own > LARGER * others || others > LARGER * own {
-            return own > others;
-        }
-        (!one.front, one.triangle) < (!other.front, other.triangle)
+    /// What orders triangles in one place: a ray meets the least.
+    fn order(&self, hit: &RayHit) -> (Reverse<u32>, bool, u32) {
+        let size = self.sizes.get(hit.triangle as usize).copied().unwrap_or(0.0);
+        (Reverse(size.to_bits() >> OF_NO_SIZE), !hit.front, hit.triangle)
     }
 
     /// Whether a ray meets a triangle before `reach`, of those that `meets` does not let it pass.
@@ -302,12 +320,11 @@ impl RayCaster {
     }
 }
 
-/// A box around all places at which a ray may hit a triangle, in a scene whose largest coordinate is this.
-fn around(corners: &[Vec3A; 3], largest: f32) -> Aabb {
-    let [a, b, c] = *corners;
-    let (least, most) = (a.min(b).min(c), a.max(b).max(c));
-    let rounding = 2.0 * ROUNDINGS * 0.5 * f32::EPSILON * largest;
-    let beyond = 3.0 * WIDER * (most - least) + rounding;
+/// A box around all places at which a ray may hit a triangle, but for the rounding of the ray's origin.
+fn around(Triangle { v0, v1, v2 }: &Triangle) -> Aabb {
+    let (least, most) = (v0.min(*v1).min(*v2), v0.max(*v1).max(*v2));
+    let largest = least.abs().max(most.abs()).max_element();
+    let beyond = 3.0 * WIDER * (most - least) + WIDER_BY_ROUNDING * largest;
     Aabb::new(least - beyond, most + beyond)
 }
 
@@ -322,7 +339,7 @@ impl Node {
     #[inline(always)]
     fn entered(&self, ray: &Ray, reach: f32) -> (Vec4, u32) {
         let along = |side: usize, axis: usize| {
-            (self.bounds[side ^ ray.down[axis]][axis] - ray.origin[axis]) * ray.inverse[axis]
+            (self.bounds[side ^ ray.down[axis]][axis] - ray.moved[side][axis]) * ray.inverse[axis]
         };
         let near = along(0, 0).max(along(0, 1)).max(along(0, 2)).max(Vec4::ZERO);
         let far = along(1, 0).min(along(1, 1)).min(along(1, 2)) * LATER;
@@ -461,6 +478,30 @@ mod tests {
                 assert!(caster.closest(origin, direction, |_| true).is_some_and(|hit| hit.front));
             }
         }
+    }
+
+    /// Of three triangles in one place, each pair of which is about as large, one is met, whatever else there
+    /// is in the tree.
+    #[test]
+    fn what_is_met_does_not_depend_on_the_tree() {
+        let mut next = numbers();
+        let of = |size: f32| [[-size, -size, 0.5], [size, -size, 0.5], [0.0, size, 0.5]];
+        let own = [1.0, 1.007, 1.014].map(of);
+        let mut met = Vec::new();
+        for round in 0..200 {
+            let far = |_| {
+                let at = Vec3::splat(20.0) + 8.0 * vector(&mut next);
+                [0; 3].map(|_| (at + vector(&mut next)).to_array())
+            };
+            let mut triangles: Vec<[[f32; 3]; 3]> = (0..round % 31).map(far).collect();
+            let count = triangles.len() as u32;
+            triangles.extend(own);
+            let caster = RayCaster::new(&triangles);
+            let (origin, direction) = (Vec3::new(0.01, -0.2, 3.0), Vec3::new(0.02, 0.03, -1.0).normalize());
+            met.push(caster.closest(origin, direction, |_| true).map(|hit| hit.triangle - count));
+        }
+        met.dedup();
+        assert!(met.len() == 1 && met[0].is_some(), "{met:?}");
     }
 
     #[test]

@@ -498,7 +498,8 @@ fn stage_infos(plan: &Plan) -> Vec<StageInfo> {
             files_read: Vec::new(),
         });
         for ((name, from), file) in stage.inputs.iter().zip(plan.files_taken(stage)) {
-            info[*from].files_read.extend(file);
+            let read = &mut info[*from].files_read;
+            read.extend(file.filter(|file| !read.contains(file)));
             let port = stage.ports.iter().find(|port| port.name == *name);
             if let (Some(port), Some((made, decoder))) = (port, &mut info[*from].artifact) {
                 *decoder = decoder.or(port.decoder(made));

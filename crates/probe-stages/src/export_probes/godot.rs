@@ -17,7 +17,7 @@ use sh::Stop;
 
 use super::axes::{Grid, OF_FILES};
 use super::light::{LitVolume, MaybeFiles, ProbeLight};
-use capture::{Capture, FIRST_LEAF, Node, check_tetrahedra, nine_colours};
+use capture::{Capture, FIRST_LEAF, MOST_TETRAHEDRA, Node, nine_colours};
 
 /// The most volumes that are exported.
 const MOST_VOLUMES: usize = 32;
@@ -110,7 +110,12 @@ impl Capture {
         });
         let cells = [0, 1, 2].map(|k| along[k].len() - 1);
         let tetrahedra = cells.iter().product::<usize>() * ORDERS.len();
-        check_tetrahedra(&lit.volume.name, tetrahedra)?;
+        if tetrahedra > MOST_TETRAHEDRA {
+            let name = &lit.volume.name;
+            let message =
+                format!("{name} has {tetrahedra} tetrahedra for Godot, and {MOST_TETRAHEDRA} are the most");
+            return Err(Failure::new(message).help("place probes farther apart, or split the box"));
+        }
         let (mut points, mut colours) = (Vec::new(), Vec::new());
         for z in &along[2] {
             for y in &along[1] {

@@ -67,12 +67,13 @@ pub struct ProbeLamps {
 /// where rows are what arrives and columns the sky, `direct` and `indirect` [P, E, (F+1)^2, 3] for a radiance
 /// of 1, all f16 or f32; `paths` \[P\] u32, `errors` \[P\] f32, the standard error of each probe; and the
 /// tensors of [`encode_probe_places`](super::encode_probe_places). The metadata have the digests `places` and
-/// `surfaces`. If it is known what each of B bricks was made from, all u64: `bricks.whole` \[1\],
+/// `surfaces`. If it is known what each of B bricks was made from, all u64: `bricks.of-all` \[1\],
 /// `bricks.contents` \[32^3\], `bricks.groups` \[G\], `bricks.places` \[B\], `bricks.cells` [B, 512] and
-/// `bricks.lit-by` [B, (G+63)/64] ([`BakeRecord`]).
+/// `bricks.light` [B, (G+63)/64] ([`BakeRecord`]).
 ///
 /// # Errors
-/// If a number is not finite, or past 65504 in 16 bits, or the places or the bricks are not those of the transport.
+/// If a number is not finite, or past 65504 in 16 bits, or the places or the bricks are not those of the
+/// transport.
 pub fn encode_probe_transport(value: &ProbeTransport, recipe: Option<&str>) -> Result<Vec<u8>, Error> {
     let ProbeTransport { transport, precision, places, .. } = value;
     let (count, emitters, rows) = (transport.len(), transport.emitters(), transport.degree().rows());
@@ -106,8 +107,8 @@ pub fn encode_probe_transport(value: &ProbeTransport, recipe: Option<&str>) -> R
     }
     file.places(places);
     if let Some(record) = &value.record {
-        if !record.is_whole() {
-            return Err(Error::new(ErrorKind::Unwritable, "the record of the bricks is not whole"));
+        if !record.is_consistent() {
+            return Err(Error::new(ErrorKind::Unwritable, "the record of the bricks is not consistent"));
         }
         file.record(record);
     }
@@ -176,24 +177,24 @@ pub fn decode_probe_transport(bytes: &[u8]) -> Result<ProbeTransport, Error> {
 }
 
 impl Writer {
-    /// The tensors of a record that is whole.
+    /// The tensors of a record that is consistent.
     fn record(&mut self, record: &BakeRecord) {
-        let BakeRecord { whole, contents, groups, places, cells, lit_by } = record;
+        let BakeRecord { of_all, contents, groups, places, cells, light } = record;
         let bricks = places.len();
         let words = |all: &[u64]| all.len().checked_div(bricks).unwrap_or(0);
-        self.long_words("bricks.whole", &[1], &[*whole]);
+        self.long_words("bricks.of-all", &[1], &[*of_all]);
         self.long_words("bricks.contents", &[contents.len()], contents);
         self.long_words("bricks.groups", &[groups.len()], groups);
         self.long_words("bricks.places", &[bricks], places);
         self.long_words("bricks.cells", &[bricks, words(cells)], cells);
-        self.long_words("bricks.lit-by", &[bricks, words(lit_by)], lit_by);
+        self.long_words("bricks.light", &[bricks, words(light)], light);
     }
 }
 
 impl TensorFile<'_> {
     /// The record of bricks, if there is one.
     fn record(&self) -> Result<Option<BakeRecord>, Error> {
-        if !self.has("bricks.whole") {
+        if !self.has("bricks.of-all") {
             return Ok(None);
         }
         let words = |name: &str| self.array(name, Dtype::U64, "[n]", &[], u64::from_le_bytes);
@@ -203,16 +204,16 @@ impl TensorFile<'_> {
                 tensor.data().as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word)).collect(),
             )
         };
-        let whole = words("bricks.whole")?;
+        let of_all = words("bricks.of-all")?;
         let record = BakeRecord {
-            whole: whole.first().copied().unwrap_or_default(),
+            of_all: of_all.first().copied().unwrap_or_default(),
             contents: words("bricks.contents")?,
             groups: words("bricks.groups")?,
             places: words("bricks.places")?,
             cells: lines("bricks.cells")?,
-            lit_by: lines("bricks.lit-by")?,
+            light: lines("bricks.light")?,
         };
-        if whole.len() == 1 && record.is_whole() {
+        if of_all.len() == 1 && record.is_consistent() {
             return Ok(Some(record));
         }
         Err(Error::damaged("the tensors `bricks.*` do not belong together"))
@@ -378,12 +379,12 @@ mod tests {
     fn record() -> BakeRecord {
         let words = |count: u64| (0..count).map(|k| k * k).collect::<Vec<u64>>();
         BakeRecord {
-            whole: 7,
+            of_all: 7,
             contents: words(32 * 32 * 32),
             groups: words(65),
             places: words(2),
             cells: words(2 * 512),
-            lit_by: words(2 * 2),
+            light: words(2 * 2),
         }
     }
 
@@ -458,13 +459,13 @@ mod tests {
     }
 
     #[test]
-    fn a_record_of_bricks_is_whole() {
+    fn a_record_of_bricks_is_consistent() {
         type Change = fn(&mut BakeRecord);
         let changes: [Change; 5] = [
             |record| record.contents.truncate(5),
             |record| record.places.truncate(1),
             |record| record.cells.extend([0; 512]),
-            |record| record.lit_by.truncate(2),
+            |record| record.light.truncate(2),
             |record| record.groups.truncate(64),
         ];
         for (at, change) in changes.iter().enumerate() {
@@ -473,7 +474,7 @@ mod tests {
             change(&mut wrong);
             value.record = Some(wrong.clone());
             let message = encode_probe_transport(&value, None).unwrap_err().to_string();
-            assert_eq!(message, "the record of the bricks is not whole", "{at}");
+            assert_eq!(message, "the record of the bricks is not consistent", "{at}");
             let mut file = Writer::new("probe-transport", None);
             file.record(&wrong);
             let bytes = file.finish();

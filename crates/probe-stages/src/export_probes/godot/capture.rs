@@ -8,7 +8,7 @@ use engine::Failure;
 use crate::export_probes::axes::{OF_FILES, Rows};
 
 /// The most tetrahedra of a resource: more than a hundred megabytes of text.
-const MOST_TETRAHEDRA: usize = 1 << 20;
+pub(super) const MOST_TETRAHEDRA: usize = 1 << 20;
 
 /// A leaf of the tree is the number of its tetrahedron, from 1 on, with a minus.
 pub(super) const FIRST_LEAF: i32 = -1;
@@ -30,15 +30,6 @@ pub(super) struct Node {
     pub(super) distance: f32,
     pub(super) over: i32,
     pub(super) under: i32,
-}
-
-/// An error if there are more tetrahedra than a resource has.
-pub(super) fn check_tetrahedra(name: &str, tetrahedra: usize) -> Result<(), Failure> {
-    if tetrahedra <= MOST_TETRAHEDRA {
-        return Ok(());
-    }
-    let message = format!("{name} has {tetrahedra} tetrahedra for Godot, and {MOST_TETRAHEDRA} are the most");
-    Err(Failure::new(message).help("place probes farther apart, or split the box"))
 }
 
 /// The nine colours of a probe: radiance over pi, in the axes of files.

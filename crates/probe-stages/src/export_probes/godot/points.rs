@@ -9,7 +9,7 @@ use engine::Failure;
 use probes::{Cut, Side, Tetrahedra, WholePlace, plane_tree};
 use sh::Stop;
 
-use super::capture::{Capture, FIRST_LEAF, Node, check_tetrahedra, nine_colours};
+use super::capture::{Capture, FIRST_LEAF, MOST_TETRAHEDRA, Node, nine_colours};
 use crate::export_probes::axes::{OF_FILES, Rows};
 
 /// The most probes: 35 MB of text if they are of an octree, and 145 MB at random places.
@@ -41,8 +41,10 @@ impl Capture {
         let places: Vec<[f64; 3]> = places.iter().map(|place| OF_FILES.vector(*place)).collect();
         let steps = Steps::around(&places);
         let places: Vec<WholePlace> = places.iter().map(|place| steps.place(*place)).collect();
-        let all = Tetrahedra::new(steps.size, &places, stop)?;
-        check_tetrahedra("points.tres", all.len())?;
+        let Some(all) = Tetrahedra::new(steps.size, &places, MOST_TETRAHEDRA, stop)? else {
+            let message = format!("points.tres would have more than {MOST_TETRAHEDRA} tetrahedra");
+            return Err(Failure::new(message).help("use fewer points; long straight rows of them need most"));
+        };
         let tree = plane_tree(&all, stop)?;
 
         let square =

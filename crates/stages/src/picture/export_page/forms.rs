@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use engine::{ExportedFiles, Failure, Inputs, ItemKey, Reporter};
+use engine::{Digest, ExportedFiles, Failure, Inputs, ItemKey, Reporter};
 use preview::{Light, Look, MapSizes};
 use preview_page::Form;
 use sh::Degree;
@@ -25,10 +25,19 @@ pub(crate) fn port(form: Form) -> Option<&'static str> {
 
 /// What is exported.
 pub(crate) struct Forms {
-    exported: Vec<(Form, ItemKey, Arc<ExportedFiles>)>,
+    exported: Vec<Exported>,
     sizes: MapSizes,
     /// Whether a mesh has a transfer.
     has_transfer: bool,
+}
+
+/// The files of an export.
+struct Exported {
+    form: Form,
+    key: ItemKey,
+    files: Arc<ExportedFiles>,
+    /// The digest of what is known of them.
+    digest: Digest,
 }
 
 /// The look of a form.
@@ -36,6 +45,8 @@ pub(crate) struct FormLook {
     pub(crate) look: Look,
     /// The bytes of the exported files, if they are connected.
     pub(crate) bytes: Option<u64>,
+    /// The digest of what is known of the exported files, if they are connected.
+    pub(crate) export: Option<Digest>,
     /// Whether suns and lamps are in the map, rather than beside it.
     pub(crate) has_lamps_in_map: bool,
     /// What a reader ought to know.
@@ -48,8 +59,9 @@ impl Forms {
         let mut exported = Vec::new();
         for form in Form::ALL {
             let Some(port) = port(form) else { continue };
-            for (key, files) in inputs.many::<ExportedFiles>(port)? {
-                exported.push((form, key, files));
+            let digests = inputs.many_digests(port);
+            for ((key, files), digest) in inputs.many::<ExportedFiles>(port)?.into_iter().zip(digests) {
+                exported.push(Exported { form, key, files, digest });
             }
         }
         let has_transfer = inputs.type_at("transfer").is_some();
@@ -57,9 +69,8 @@ impl Forms {
     }
 
     /// The exported files of a form of a pair.
-    fn files(&self, form: Form, pair: &Pair) -> Option<&ExportedFiles> {
-        let found = self.exported.iter().find(|(of, key, _)| *of == form && fits(key, &pair.key));
-        found.map(|(.., files)| &**files)
+    fn export(&self, form: Form, pair: &Pair) -> Option<&Exported> {
+        self.exported.iter().find(|export| export.form == form && fits(&export.key, &pair.key))
     }
 
     /// Whether a page shows a pair in this form.
@@ -73,7 +84,7 @@ impl Forms {
         };
         let is_chosen = port(form).is_none()
             || self.exported.is_empty()
-            || self.exported.iter().any(|(of, ..)| *of == form);
+            || self.exported.iter().any(|export| export.form == form);
         can && is_chosen
     }
 
@@ -85,7 +96,8 @@ impl Forms {
         sky: &Arc<Light>,
         reporter: &Reporter,
     ) -> Result<FormLook, Failure> {
-        let files = self.files(form, pair);
+        let export = self.export(form, pair);
+        let files = export.map(|export| &*export.files);
         let number = |name: &str| files.and_then(|files| files.parameters[name].as_u64());
         let sizes = MapSizes {
             edge: number("resolution").map_or(self.sizes.edge, |edge| edge as usize),
@@ -128,6 +140,12 @@ impl Forms {
         }
         let look = look.with_lamps_in_maps(is_baked).with_compact_map(pair.compact_map.clone());
         let look = look.with_table(pair.table.clone());
-        Ok(FormLook { look, bytes: files.map(ExportedFiles::total), has_lamps_in_map: is_baked, note })
+        Ok(FormLook {
+            look,
+            bytes: files.map(ExportedFiles::total),
+            export: export.map(|export| export.digest),
+            has_lamps_in_map: is_baked,
+            note,
+        })
     }
 }

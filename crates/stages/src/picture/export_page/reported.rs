@@ -6,15 +6,13 @@ use engine::{Digest, Failure, Inputs};
 use preview_page::{Form, FormError, MeasuredBy};
 use serde::Deserialize;
 
+use super::super::report::SCHEMA;
 use super::forms::FormLook;
 use super::pairs::Pair;
 
 /// The port of reports, and the file of a report that is read.
 pub(crate) const PORT: &str = "report";
 pub(crate) const ENDING: &str = ".json";
-
-/// The version of a report's JSON that is read.
-const SCHEMA: u64 = 4;
 
 /// The reports that are connected.
 pub(crate) struct Reports(Vec<Report>);
@@ -94,8 +92,7 @@ impl Reports {
     pub(crate) fn form(&self, form: Form, pair: &Pair, look: &FormLook) -> Option<ReportedForm> {
         self.0.iter().find_map(|report| {
             let export = report.pair(pair)?.export(form, look.has_lamps_in_map)?;
-            // Files of another size are those of another export.
-            let is_own = look.bytes.is_none_or(|bytes| export.file == Some(bytes));
+            let is_own = look.export.is_none_or(|files| report.used_at_any(files));
             let error = FormError { p95: export.p95, p99: export.p99, by: MeasuredBy::Report };
             is_own.then(|| ReportedForm { error, bytes: export.file, texture: export.texture.clone() })
         })
@@ -123,6 +120,11 @@ impl Report {
         let is_named =
             |of: &&ReportedPair| of.environment == pair.environment_name && of.material == pair.name;
         self.pairs.iter().filter(|_| is_own).find(is_named)
+    }
+
+    /// Whether what an export says of its files arrived at some port of the report.
+    fn used_at_any(&self, files: Digest) -> bool {
+        self.specula.inputs.keys().any(|port| self.used(port, files))
     }
 
     /// Whether an artifact arrived at a port of the report, or nothing did.
