@@ -48,12 +48,13 @@
 //! ## Errors
 //!
 //! The page shows within how many stops of brute force 95 % and 99 % of the pixels of a sphere are. With
-//! `report` connected, these are the figures of the report, over all views, and the size of the files is its,
-//! too, if the export is not connected. They are read from its JSON in the cache, so the page runs after the
-//! report, and again if one of them changes. The report has to have the pair by name, and to be made from
-//! the same environment, material and reflection; if the export of a form is connected, the report has to
-//! have it, too, with files of the same size. The page says what was measured, which need not be what it
-//! draws: the compact map of a report has the least taps that are good enough, and this one those of `taps`.
+//! `report` connected, these are the figures of the report, over all views; if the export of a form is not
+//! connected here, the size of its files is that of the report, too. They are read from its JSON in the
+//! cache, so the page runs after the report, and again if one of them changes. The report has to have the
+//! pair by name, and to be made from the same environment, material and reflection; if the export of a form
+//! is connected here, the same export has to be connected to the report. The page says what was measured,
+//! which need not be what it draws: the compact map of a report has the least taps that are good enough, and
+//! that of the page has those of `taps`.
 //!
 //! With `material` connected, the page measures forms that no report has in a picture of one view, less
 //! exactly, and says so. It also has a picture of each pair for browsers without WebGL 2. `measure = false`

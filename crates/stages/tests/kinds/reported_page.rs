@@ -110,12 +110,14 @@ fn a_report_on_something_else_is_not_quoted() {
     is_not_quoted("copper", &empty);
 }
 
-/// The page has the export of a map, and so its size.
+/// The page and the report each have the export of a map: the same one, or two of the same size.
 #[test]
-fn figures_of_an_export_of_another_size_are_not_quoted() {
-    let mut report = REPORT.clone();
-    for (file, is_quoted) in [(json!(700), true), (json!(701), false), (Value::Null, false)] {
-        export(&mut report, "cabral")["file"] = file;
+fn figures_of_another_export_are_not_quoted() {
+    let own = json!([Digest::of(ExportedFiles::TYPE.as_bytes()).to_string()]);
+    for (used, is_quoted) in [(own, true), (json!(["00"]), false), (json!([]), false)] {
+        let mut report = REPORT.clone();
+        export(&mut report, "cabral")["file"] = json!(700);
+        report["specula"]["inputs"]["cabral"] = used;
         let files =
             ExportedFiles { kind: "export-cabral".into(), bytes: vec![300, 400], ..Default::default() };
         let (_, data) = read(&with_report(page(QUICK, "copper").input("cabral", files), &report));
