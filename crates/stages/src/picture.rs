@@ -11,6 +11,7 @@ mod ball_camera;
 mod data_uri;
 mod exposure;
 mod material_picture;
+mod report_schema;
 mod sheet;
 mod table_picture;
 

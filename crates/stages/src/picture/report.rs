@@ -228,11 +228,11 @@ use serde_json::value::RawValue;
 use sh::Tolerance;
 
 use crate::material::DegreePair;
+use crate::picture::report_schema::REPORT_SCHEMA;
 use crate::values::{SHARE, artifacts, percent};
 use degree_figures::DegreeFigures;
 use degrees::{SeriesOf, Truncated};
 use exported::Exported;
-pub(crate) use figures::SCHEMA;
 use figures::{Follows, Limits, MaterialFigures, Method, NOTED, NoisePair, PairFigures, Report, Settings};
 use lit::Lit;
 use page::PagePictures;
@@ -517,7 +517,7 @@ impl Kind for ReportKind {
         }
         reporter.check_cancelled()?;
         let specula = RawValue::from_string(context.recipe().to_owned())?;
-        let (schema, materials, sampling) = (SCHEMA, figures, noise);
+        let (schema, materials, sampling) = (REPORT_SCHEMA, figures, noise);
         let report =
             Report { schema, specula, settings, materials, pairs, tables, sampling, rigs, degrees, probes };
         note(&report, reporter);

@@ -100,8 +100,8 @@ pub(crate) fn numbers(type_name: &str, bytes: &[u8]) -> Option<Vec<f64>> {
         return None;
     }
     let file = safetensors::SafeTensors::deserialize(bytes).unwrap();
-    // How far probes see is whole numbers, so many that their sum would hide the others; and what bricks were made
-    // from is hashes.
+    // How far probes see is whole numbers, so many that their sum would hide the others; what bricks were
+    // made from is hashes.
     let mut tensors = file.tensors();
     tensors.retain(|(name, _)| name != "reach" && !name.starts_with("bricks."));
     tensors.sort_by(|(one, _), (other, _)| one.cmp(other));

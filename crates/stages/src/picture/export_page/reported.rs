@@ -6,9 +6,9 @@ use engine::{Digest, Failure, Inputs};
 use preview_page::{Form, FormError, MeasuredBy};
 use serde::Deserialize;
 
-use super::super::report::SCHEMA;
 use super::forms::FormLook;
 use super::pairs::Pair;
+use crate::picture::report_schema::REPORT_SCHEMA;
 
 /// The port of reports, and the file of a report that is read.
 pub(crate) const PORT: &str = "report";
@@ -107,8 +107,9 @@ impl Report {
         if version.specula.kind != "report" {
             return Err(foreign());
         }
-        if version.schema != SCHEMA {
-            let message = format!("the report has version {} of its JSON, not {SCHEMA}", version.schema);
+        if version.schema != REPORT_SCHEMA {
+            let message =
+                format!("the report has version {} of its JSON, not {REPORT_SCHEMA}", version.schema);
             return Err(Failure::new(message).help("build the report and the page with the same program"));
         }
         serde_json::from_slice(bytes).map_err(|error| Failure::new(format!("the report's JSON: {error}")))

@@ -8,13 +8,10 @@ pub(crate) use crate::picture::report::errors::{Errors, Limits};
 use crate::picture::report::probe_figures::ProbeFigures;
 use crate::values::quantity::size;
 
-/// The version of the JSON file of a report; it changes when a field changes its meaning or is removed.
-pub(crate) const SCHEMA: u64 = 4;
-
 /// Everything that was measured.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Report {
-    /// [`SCHEMA`].
+    /// The version of this file's schema, [`crate::picture::report_schema::REPORT_SCHEMA`].
     pub(crate) schema: u64,
     /// The recipe: how this file was made.
     pub(crate) specula: Box<RawValue>,
