@@ -1,5 +1,7 @@
 //! Bricks of an earlier bake, next to a full one, after edits of a scene at random.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use probes::{
     BakeOptions, BrickCounts, EarlierBake, Emission, Lattice, Material, Part, ProbePlaces, Scene, SceneParts,
     Surfaces, Volume, bake_bricks,
