@@ -7,7 +7,7 @@
 //! different in the cells that it depends on, and its groups have the light that they had. A full bake would
 //! make the same bits of it.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::cells::{CellGrid, CellSet, WORDS};
 use crate::places::ProbePlaces;
@@ -16,6 +16,12 @@ use crate::transport::Transport;
 
 /// The probes of a brick along each axis of a volume.
 const ALONG: usize = 4;
+
+/// The points of a brick, at least, on average.
+const FEWEST: usize = 24;
+
+/// How often the cubes of points are halved, at most.
+const HALVINGS: u32 = 20;
 
 /// Probes in bricks.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +114,7 @@ fn grown([least, most]: [[f32; 3]; 2], at: &[f32; 3]) -> [[f32; 3]; 2] {
 }
 
 impl ProbePlaces {
-    /// The probes in bricks of 4^3 of each volume, and of as many points.
+    /// The probes in bricks of 4^3 of each volume, and of some points each.
     pub fn bricks(&self) -> Bricks {
         let corners = self.volumes.iter().flat_map(|volume| &volume.bounds).chain(&self.grid);
         let bounds = corners.fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], grown);
@@ -123,9 +129,30 @@ impl ProbePlaces {
             }
             first += volume.len();
         }
-        let points: Vec<u32> = (first as u32..self.len() as u32).collect();
-        probes.extend(points.chunks(ALONG * ALONG * ALONG).map(<[u32]>::to_vec));
+        probes.extend(bricks_of_points(&self.grid[first..], first as u32));
         Bricks { bounds, probes }
+    }
+}
+
+/// Points, numbered from `first` on, in cubes of space whose sides are a power of two: the smallest of which
+/// there are not more than one for every [`FEWEST`] points. Points that come or go leave the other cubes as
+/// they are, if that is still so.
+fn bricks_of_points(points: &[[f32; 3]], first: u32) -> Vec<Vec<u32>> {
+    let in_cubes = |side: f32| {
+        let mut cubes = BTreeMap::<[i64; 3], Vec<u32>>::new();
+        for (point, number) in points.iter().zip(first..) {
+            cubes.entry(point.map(|x| (x / side).floor() as i64)).or_default().push(number);
+        }
+        cubes
+    };
+    let farthest = points.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    let largest = f32::from_bits(farthest.to_bits() & !((1 << 23) - 1)).max(f32::MIN_POSITIVE);
+    let sides = (0..HALVINGS).map(|halvings| largest / (1_u32 << halvings) as f32);
+    let cubes = sides.map(in_cubes).take_while(|cubes| cubes.len() * FEWEST <= points.len()).last();
+    match cubes {
+        Some(cubes) => cubes.into_values().collect(),
+        None if points.is_empty() => Vec::new(),
+        None => vec![(first..first + points.len() as u32).collect()],
     }
 }
 
@@ -317,4 +344,37 @@ pub(crate) fn connected(count: usize, links: impl Iterator<Item = (u32, u32)>) -
     let mut sizes = vec![0_u32; count];
     first.iter().for_each(|at| sizes[*at as usize] += 1);
     first.iter().map(|at| if sizes[*at as usize] == 1 { UNLINKED } else { *at }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::share_of;
+
+    /// Each point is in one brick, and one that goes changes its own brick alone.
+    #[test]
+    fn points_that_go_leave_the_bricks_of_others() {
+        let number = |k: usize| 20.0 * share_of(hash(k as u64)) - 5.0;
+        let mut points: Vec<[f32; 3]> =
+            (0..2000).map(|k| [0, 1, 2].map(|axis| number(3 * k + axis))).collect();
+        let places = |points: &[[f32; 3]]| {
+            let bricks = bricks_of_points(points, 7);
+            let mut all: Vec<u32> = bricks.concat();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(7..7 + points.len() as u32));
+            let of_brick =
+                |brick: &Vec<u32>| brick.iter().map(|k| points[*k as usize - 7].map(f32::to_bits)).collect();
+            bricks.iter().map(of_brick).collect::<Vec<Vec<_>>>()
+        };
+        let before = places(&points);
+        assert!((16..=points.len() / FEWEST).contains(&before.len()), "{}", before.len());
+        points.remove(3);
+        let after = places(&points);
+        let changed = before.iter().filter(|brick| !after.contains(brick)).count();
+        assert_eq!(changed, 1);
+        for count in [0, 1, 5, 100] {
+            let same = vec![[1.0, 2.0, 3.0]; count];
+            assert_eq!(places(&same).len(), count.min(1));
+        }
+    }
 }
