@@ -54,7 +54,8 @@
 //! a change does that is seen from there, straight or by reflections. So a crate that is moved in a closed
 //! room leaves the bricks of other rooms, and in rooms whose doors are open light finds its way to all of
 //! them. A note, which `specula explain` shows, counts the bricks that were kept and why the others were not.
-//! The light on surfaces is computed for the whole scene.
+//! The light on surfaces is computed for the whole scene. What is recorded for that takes some 0.3 MB in the
+//! artifact, and 5 to 20 KB for each brick.
 //!
 //! All bricks are baked if the settings, an emissive material or the size of the level change, and with
 //! `error`, where the number of paths is known only afterwards.
