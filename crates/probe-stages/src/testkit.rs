@@ -56,6 +56,19 @@ pub(crate) fn bright_rows(count: usize) -> Vec<Rows> {
     (0..count).map(|probe| std::array::from_fn(|k| row(probe, k))).collect()
 }
 
+/// Light that changes evenly from place to place: the rows at a place of our world.
+pub(crate) fn even_light() -> impl Fn([f64; 3]) -> Rows {
+    let ends = bright_rows(4);
+    move |at| {
+        std::array::from_fn(|row| {
+            [0, 1, 2].map(|channel| {
+                let of = |end: usize| f64::from(ends[end][row][channel]);
+                (of(0) + (0..3).map(|k| 0.1 * at[k] * of(k + 1)).sum::<f64>()) as f32
+            })
+        })
+    }
+}
+
 /// The rows at a place of our world, blended between the eight probes around it; outside, those of the
 /// nearest place inside.
 pub(crate) fn blended(volume: &Volume, rows: &[Rows], at: [f64; 3]) -> Rows {

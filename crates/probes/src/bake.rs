@@ -59,7 +59,7 @@ pub fn bake(
 /// A transport in bricks.
 #[derive(Clone, Debug)]
 pub struct BakedBricks {
-    /// The transport.
+    /// The transport of all probes, of those that were kept, too.
     pub transport: Transport,
     /// What the bricks were made from; `None` if an error was asked for, since how many paths a probe has,
     /// and with them its caches, is then only known once it is baked.
@@ -382,7 +382,7 @@ struct Sums<'a> {
     sky: Vec<f64>,
     /// Direct and reflected light of emitters: [emitter, row, RGB].
     emission: [Vec<f64>; 2],
-    /// What all of it depends on, if that is to be known.
+    /// What the sums depend on, if that is to be known.
     depends: Option<(&'a CellGrid, Dependencies)>,
 }
 

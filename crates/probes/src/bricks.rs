@@ -15,10 +15,10 @@ use crate::random::{hash, hash_of};
 use crate::transport::Transport;
 
 /// The probes of a brick along each axis of a volume.
-const ALONG: usize = 4;
+const PROBES_ALONG_BRICK: usize = 4;
 
-/// The points of a brick, at least, on average.
-const FEWEST: usize = 24;
+/// The points of a brick of single points, at least, on average.
+const POINTS_OF_BRICK: usize = 24;
 
 /// How often the cubes of points are halved, at most.
 const HALVINGS: u32 = 20;
@@ -28,7 +28,7 @@ const HALVINGS: u32 = 20;
 pub struct Bricks {
     /// A box around the probes, in metres.
     pub(crate) bounds: [[f32; 3]; 2],
-    /// The probes of each.
+    /// The numbers of the probes of each brick.
     pub(crate) probes: Vec<Vec<u32>>,
 }
 
@@ -49,31 +49,32 @@ pub struct BakeRecord {
     pub light: Vec<u64>,
 }
 
-/// An earlier bake, of which bricks may be kept.
+/// The last bake of some probes, of which bricks may be kept.
 #[derive(Clone, Copy, Debug)]
 pub struct EarlierBake<'a> {
-    /// Its result.
+    /// The transport that the last bake made.
     pub transport: &'a Transport,
-    /// The bricks of its places.
+    /// The bricks of the probes of the last bake.
     pub bricks: &'a Bricks,
-    /// What they were made from.
+    /// What the bricks of the last bake were made from.
     pub record: &'a BakeRecord,
 }
 
 /// How many bricks are kept, and why the others are baked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BrickCounts {
-    /// All bricks.
+    /// The number of all bricks.
     pub all: usize,
-    /// Those of a bake with other settings, emissive materials or sizes, which all probes depend on.
+    /// The bricks that are baked because what all probes depend on is different: settings, emissive
+    /// materials, or the size of the level.
     pub other: usize,
-    /// Those that are kept.
+    /// The bricks that are taken over from the last bake.
     pub kept: usize,
-    /// Those with a probe that stands elsewhere, or that is new.
+    /// The bricks that are baked because a probe stands elsewhere or is new.
     pub moved: usize,
-    /// Those whose paths crossed a cell in which something is different.
+    /// The bricks that are baked because a path of their probes crossed a cell of space with other surfaces.
     pub crossed: usize,
-    /// Those on whose surroundings the light is different.
+    /// The bricks that are baked because their probes see surfaces on which the light is different.
     pub relit: usize,
 }
 
@@ -81,18 +82,21 @@ pub struct BrickCounts {
 #[derive(Clone, Debug)]
 pub(crate) struct Dependencies {
     pub(crate) cells: CellSet,
-    /// A bit for each group.
+    /// A bit for each group of points on surfaces, in the order of their hashes.
     pub(crate) groups: Vec<u64>,
 }
 
 /// Whether a brick is kept, and why not.
 pub(crate) enum Fate {
-    /// It is this one of the earlier bake.
+    /// The brick is that with this number in the last bake.
     Kept(usize),
-    /// All probes depend on what is different.
+    /// What all probes depend on is different.
     Other,
+    /// A probe of the brick stands elsewhere.
     Moved,
+    /// Paths of the brick crossed a cell with other surfaces.
     Crossed,
+    /// The brick sees surfaces on which the light is different.
     Relit,
 }
 
@@ -120,11 +124,11 @@ impl ProbePlaces {
         let bounds = corners.fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], grown);
         let (mut probes, mut first) = (Vec::new(), 0);
         for volume in &self.volumes {
-            let counts = volume.counts.map(|count| count.div_ceil(ALONG));
+            let counts = volume.counts.map(|count| count.div_ceil(PROBES_ALONG_BRICK));
             let start = probes.len();
             probes.resize(start + counts.iter().product::<usize>(), Vec::new());
             for index in 0..volume.len() {
-                let [x, y, z] = volume.cell(index).map(|cell| cell / ALONG);
+                let [x, y, z] = volume.cell(index).map(|cell| cell / PROBES_ALONG_BRICK);
                 probes[start + (z * counts[1] + y) * counts[0] + x].push((first + index) as u32);
             }
             first += volume.len();
@@ -135,8 +139,8 @@ impl ProbePlaces {
 }
 
 /// Points, numbered from `first` on, in cubes of space whose sides are a power of two: the smallest of which
-/// there are not more than one for every [`FEWEST`] points. Points that come or go leave the other cubes as
-/// they are, if that is still so.
+/// there are not more than one for every [`POINTS_OF_BRICK`] points. Points that come or go leave the other
+/// cubes as they are, if that is still so.
 fn bricks_of_points(points: &[[f32; 3]], first: u32) -> Vec<Vec<u32>> {
     let in_cubes = |side: f32| {
         let mut cubes = BTreeMap::<[i64; 3], Vec<u32>>::new();
@@ -148,7 +152,7 @@ fn bricks_of_points(points: &[[f32; 3]], first: u32) -> Vec<Vec<u32>> {
     let farthest = points.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let largest = f32::from_bits(farthest.to_bits() & !((1 << 23) - 1)).max(f32::MIN_POSITIVE);
     let sides = (0..HALVINGS).map(|halvings| largest / (1_u32 << halvings) as f32);
-    let cubes = sides.map(in_cubes).take_while(|cubes| cubes.len() * FEWEST <= points.len()).last();
+    let cubes = sides.map(in_cubes).take_while(|cubes| cubes.len() * POINTS_OF_BRICK <= points.len()).last();
     match cubes {
         Some(cubes) => cubes.into_values().collect(),
         None if points.is_empty() => Vec::new(),
@@ -258,7 +262,7 @@ impl BakeRecord {
 }
 
 impl Dependencies {
-    /// The groups, by number.
+    /// The numbers of the groups of points that are in the set.
     fn groups(&self) -> impl Iterator<Item = usize> {
         let bits = |(at, word): (usize, &u64)| {
             let word = *word;
@@ -288,7 +292,7 @@ impl BrickCounts {
 pub(crate) struct PointGroups {
     /// The group of each point.
     pub(crate) of: Vec<u32>,
-    /// A hash of the light of each.
+    /// A hash of the light of each group.
     pub(crate) digests: Vec<u64>,
 }
 
@@ -323,10 +327,10 @@ impl PointGroups {
 }
 
 /// The part of the scene of points that meet nothing but the sky.
-const UNLINKED: u32 = u32::MAX;
+const PART_OF_SKY: u32 = u32::MAX;
 
 /// For each of some points the first of those that links lead to or from, if not straight then by others;
-/// [`UNLINKED`] for those without a link.
+/// [`PART_OF_SKY`] for those without a link.
 pub(crate) fn connected(count: usize, links: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     let mut above: Vec<u32> = (0..count as u32).collect();
     fn first(above: &mut [u32], mut at: u32) -> u32 {
@@ -343,7 +347,7 @@ pub(crate) fn connected(count: usize, links: impl Iterator<Item = (u32, u32)>) -
     let first: Vec<u32> = (0..count as u32).map(|at| first(&mut above, at)).collect();
     let mut sizes = vec![0_u32; count];
     first.iter().for_each(|at| sizes[*at as usize] += 1);
-    first.iter().map(|at| if sizes[*at as usize] == 1 { UNLINKED } else { *at }).collect()
+    first.iter().map(|at| if sizes[*at as usize] == 1 { PART_OF_SKY } else { *at }).collect()
 }
 
 #[cfg(test)]
@@ -367,7 +371,7 @@ mod tests {
             bricks.iter().map(of_brick).collect::<Vec<Vec<_>>>()
         };
         let before = places(&points);
-        assert!((16..=points.len() / FEWEST).contains(&before.len()), "{}", before.len());
+        assert!((16..=points.len() / POINTS_OF_BRICK).contains(&before.len()), "{}", before.len());
         points.remove(3);
         let after = places(&points);
         let changed = before.iter().filter(|brick| !after.contains(brick)).count();

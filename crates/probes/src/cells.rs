@@ -10,15 +10,15 @@ use crate::surfaces::Surfaces;
 const SIDE: usize = 32;
 
 /// The cells along each axis of the box that the grid is made for: the outer ones are beyond it.
-const INNER: f32 = 28.0;
+const CELLS_OF_BOX: f32 = 28.0;
 
 /// How far the grid reaches beyond its box at each end, as a share of it, for the walls around the probes.
-const BEYOND: f32 = 0.125;
+const GRID_MARGIN: f32 = 0.125;
 
 /// How far surfaces reach beyond their boxes, in cells and as a share of their size: rays hit triangles a
 /// little beyond their edges, and cross cells as exactly as single precision allows.
-const WIDER: f32 = 1.0 / 64.0;
-const WIDER_BY_SIZE: f32 = 1e-4;
+const SURFACE_MARGIN: f32 = 1.0 / 64.0;
+const MARGIN_OF_SIZE: f32 = 1e-4;
 
 /// The triangles between two questions whether to stop.
 const BETWEEN_CHECKS: usize = 256;
@@ -44,8 +44,8 @@ impl CellGrid {
     pub(crate) fn new([least, most]: [[f32; 3]; 2]) -> Self {
         let extent = (Vec3::from(most) - Vec3::from(least)).max(Vec3::ZERO);
         let extent = extent.max(Vec3::splat((1e-2 * extent.max_element()).max(1e-3)));
-        let size = (extent * ((1.0 + 2.0 * BEYOND) / INNER)).map(round_up);
-        let first = (Vec3::from(least) - BEYOND * extent) / size;
+        let size = (extent * ((1.0 + 2.0 * GRID_MARGIN) / CELLS_OF_BOX)).map(round_up);
+        let first = (Vec3::from(least) - GRID_MARGIN * extent) / size;
         Self { least: first.map(f32::floor) * size, scale: size.recip() }
     }
 
@@ -82,14 +82,14 @@ impl CellGrid {
         stop: Stop<'_>,
     ) -> Result<Vec<u64>, Stopped> {
         let mut contents = vec![0; 64 * WORDS];
-        let wider = WIDER * self.scale.recip();
+        let wider = SURFACE_MARGIN * self.scale.recip();
         for (index, (corners, digest)) in surfaces.parts.triangles.iter().zip(digests).enumerate() {
             if index % BETWEEN_CHECKS == 0 {
                 stop.check()?;
             }
             let [a, b, c] = corners.map(Vec3::from);
             let (least, most) = (a.min(b).min(c), a.max(b).max(c));
-            let wider = wider + WIDER_BY_SIZE * (most - least);
+            let wider = wider + MARGIN_OF_SIZE * (most - least);
             for cell in self.cells_of(least - wider, most + wider) {
                 contents[cell] = hash(contents[cell] ^ digest);
             }

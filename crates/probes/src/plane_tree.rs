@@ -9,14 +9,14 @@ use sh::{Stop, Stopped};
 use crate::tetrahedra::{Tetrahedra, WholePlace};
 
 /// What is nearer to a plane than this, in the unit of the coordinates, is on it: coordinates are rounded.
-const NEAR: f64 = 2.0;
+const PLANE_THICKNESS: f64 = 2.0;
 
 /// The most planes that are tried at a node, and the most parts that each of them is tried on.
 const PLANES: usize = 64;
 const PARTS: usize = 512;
 
 /// How many parts are counted on a side without a whole one: such a plane is the last choice.
-const LEAST: f64 = 1e-3;
+const PARTS_OF_EMPTY_SIDE: f64 = 1e-3;
 
 /// A node of a tree: its plane, and what is over and under it.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +112,8 @@ fn best_plane(all: &Tetrahedra, parts: &[Part]) -> Option<Plane> {
         if over + cut == 0 || under + cut == 0 {
             continue;
         }
-        let balance = (over.min(under) as f64 + LEAST) / (over.max(under) as f64 + LEAST);
+        let balance =
+            (over.min(under) as f64 + PARTS_OF_EMPTY_SIDE) / (over.max(under) as f64 + PARTS_OF_EMPTY_SIDE);
         let whole = (over + under) as f64 / among.len() as f64;
         let score = balance * whole * whole;
         if score > best_score {
@@ -168,7 +169,7 @@ impl Plane {
         let heights = part.corners.iter().map(|corner| self.height(*corner));
         let [least, most] =
             heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
-        (most > NEAR, least < -NEAR)
+        (most > PLANE_THICKNESS, least < -PLANE_THICKNESS)
     }
 }
 
@@ -195,7 +196,7 @@ impl Part {
                 let share = if is_cut { from / (from - to) } else { 0.0 };
                 edges.push(edge);
                 corners.push([0, 1, 2].map(|k| a[k] + share * (b[k] - a[k])));
-                is_on_plane.push(is_cut || from <= NEAR);
+                is_on_plane.push(is_cut || from <= PLANE_THICKNESS);
                 edges.len() - 1
             })
         };
@@ -204,10 +205,12 @@ impl Part {
             let mut own = Vec::new();
             for (k, here) in face.iter().copied().enumerate() {
                 let next = face[(k + 1) % face.len()];
-                if heights[here] >= -NEAR {
+                if heights[here] >= -PLANE_THICKNESS {
                     own.push(corner([here; 2]));
                 }
-                if heights[here].min(heights[next]) < -NEAR && heights[here].max(heights[next]) > NEAR {
+                if heights[here].min(heights[next]) < -PLANE_THICKNESS
+                    && heights[here].max(heights[next]) > PLANE_THICKNESS
+                {
                     own.push(corner([here.min(next), here.max(next)]));
                 }
             }
@@ -302,7 +305,7 @@ mod tests {
                 let height =
                     |own: usize| faces[own].iter().map(|face| face.height(at)).fold(f64::INFINITY, f64::min);
                 let expected = (0..all.len()).find(|own| height(*own) >= 0.0).unwrap();
-                assert!(own == expected || height(own) > -NEAR, "{at:?}: {own} {expected}");
+                assert!(own == expected || height(own) > -PLANE_THICKNESS, "{at:?}: {own} {expected}");
                 found[own] += 1;
             }
             assert!(nodes.len() < 12 * all.len(), "{} for {}", nodes.len(), all.len());

@@ -32,7 +32,7 @@ const ROUNDINGS: f32 = 8.0;
 
 /// How much wider boxes are for the rounding of coordinates, as a share of the largest of a triangle, and of
 /// the origin of a ray.
-const WIDER_BY_ROUNDING: f32 = ROUNDINGS * f32::EPSILON;
+const BOX_ROUNDING: f32 = ROUNDINGS * f32::EPSILON;
 
 /// Distances that differ by less than this share are one. Of the triangles in one place the ray meets the
 /// largest, which the others lie on, as a box stands on the ground; of those that are as large, one that
@@ -40,7 +40,7 @@ const WIDER_BY_ROUNDING: f32 = ROUNDINGS * f32::EPSILON;
 const SAME_DISTANCE: f32 = 1e-6;
 
 /// The digits of a size, in bits, that make no triangle larger than another one: sizes are in steps of 1/64.
-const OF_NO_SIZE: u32 = f32::MANTISSA_DIGITS - 1 - 6;
+const BITS_BELOW_SIZE_STEP: u32 = f32::MANTISSA_DIGITS - 1 - 6;
 
 /// How much later rays leave boxes than computed, as a factor: rounding must not lose what lies in a flat
 /// one.
@@ -104,7 +104,7 @@ struct Ray {
 impl Ray {
     fn new(origin: Vec3, direction: Vec3) -> Self {
         let inverse = direction.to_array().map(safe_inverse);
-        let rounding = WIDER_BY_ROUNDING * origin.abs().max_element();
+        let rounding = BOX_ROUNDING * origin.abs().max_element();
         let moved = [rounding, -rounding].map(|rounding| {
             let along = |k: usize| origin[k] + rounding.copysign(rounding * inverse[k]);
             [0, 1, 2].map(|k| Vec4::splat(along(k)))
@@ -235,7 +235,7 @@ impl RayCaster {
     /// What orders triangles in one place: a ray meets the least.
     fn order(&self, hit: &RayHit) -> (Reverse<u32>, bool, u32) {
         let size = self.sizes.get(hit.triangle as usize).copied().unwrap_or(0.0);
-        (Reverse(size.to_bits() >> OF_NO_SIZE), !hit.front, hit.triangle)
+        (Reverse(size.to_bits() >> BITS_BELOW_SIZE_STEP), !hit.front, hit.triangle)
     }
 
     /// Whether a ray meets a triangle before `reach`, of those that `meets` does not let it pass.
@@ -324,7 +324,7 @@ impl RayCaster {
 fn around(Triangle { v0, v1, v2 }: &Triangle) -> Aabb {
     let (least, most) = (v0.min(*v1).min(*v2), v0.max(*v1).max(*v2));
     let largest = least.abs().max(most.abs()).max_element();
-    let beyond = 3.0 * WIDER * (most - least) + WIDER_BY_ROUNDING * largest;
+    let beyond = 3.0 * WIDER * (most - least) + BOX_ROUNDING * largest;
     Aabb::new(least - beyond, most + beyond)
 }
 
@@ -480,8 +480,8 @@ mod tests {
         }
     }
 
-    /// Of three triangles in one place, each pair of which is about as large, one is met, whatever else there
-    /// is in the tree.
+    /// Three triangles lie in one place, each about as large as the next one: a ray meets the same of them in
+    /// every tree.
     #[test]
     fn what_is_met_does_not_depend_on_the_tree() {
         let mut next = numbers();

@@ -234,7 +234,7 @@ mod tests {
     use super::capture::reader::{shaded, tap};
     use super::*;
     use crate::export_probes::axes::Rows;
-    use crate::testkit::{bright_rows, direction, exact, noise};
+    use crate::testkit::{bright_rows, direction, even_light, exact, noise};
 
     fn volume(lattice: Lattice) -> Volume {
         Volume::new("hall".into(), [[-1.0, 2.0, 0.5], [3.0, 5.0, 2.5]], [5, 3, 4], lattice).unwrap()
@@ -246,15 +246,7 @@ mod tests {
     fn the_tap_and_the_shader_show_even_light() {
         for lattice in [Lattice::Centres, Lattice::Corners] {
             let volume = volume(lattice);
-            let ends = bright_rows(4);
-            let light = |at: [f64; 3]| -> Rows {
-                std::array::from_fn(|row| {
-                    [0, 1, 2].map(|channel| {
-                        let of = |end: usize| f64::from(ends[end][row][channel]);
-                        (of(0) + (0..3).map(|k| 0.1 * at[k] * of(k + 1)).sum::<f64>()) as f32
-                    })
-                })
-            };
+            let light = even_light();
             let place = |index| volume.position(volume.cell(index));
             let rows: Vec<Rows> = (0..volume.len()).map(|index| light(place(index).map(f64::from))).collect();
             let valid = vec![true; volume.len()];

@@ -131,7 +131,7 @@ fn power_of_two(number: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::export_probes::godot::capture::reader::{found, shaded, tap};
-    use crate::testkit::{bright_rows, direction, exact, noise};
+    use crate::testkit::{bright_rows, direction, even_light, exact, noise};
 
     fn capture(places: &[[f32; 3]], rows: &[Rows]) -> Capture {
         Capture::of_points(places, rows, Stop::NEVER).unwrap()
@@ -191,15 +191,7 @@ mod tests {
     fn even_light_stays_even() {
         let random = (0..500).map(|k| [0, 1, 2].map(|axis| 2.0 * noise(700 * axis + k))).collect();
         for places in [octree(), random] {
-            let ends = bright_rows(4);
-            let light = |at: [f64; 3]| -> Rows {
-                std::array::from_fn(|row| {
-                    [0, 1, 2].map(|channel| {
-                        let of = |end: usize| f64::from(ends[end][row][channel]);
-                        (of(0) + (0..3).map(|k| 0.1 * at[k] * of(k + 1)).sum::<f64>()) as f32
-                    })
-                })
-            };
+            let light = even_light();
             let rows: Vec<Rows> = places.iter().map(|place| light(place.map(f64::from))).collect();
             let capture = capture(&places, &rows);
             let end = |take: fn(f32, f32) -> f32, axis: usize| {
