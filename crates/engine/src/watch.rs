@@ -11,7 +11,7 @@
 //! - Hints that arrive during a build stop the items that they make stale, and trigger another pass.
 //! - A pass that hints triggered checks only what they name, so that an edit in a large project takes no
 //!   longer than its own work. After a quiet time another pass checks everything, including the published
-//!   files.
+//!   files. It also follows if a build published into folders that were not watched before.
 //! - If the system's event queue overflows, all watches are renewed and a pass follows.
 //! - Folders from which no events arrive are polled instead ([`probe`], [`poller`]).
 //!
@@ -135,7 +135,7 @@ pub(crate) struct Watcher<'a> {
     changed: BTreeSet<PathBuf>,
     /// Whether nothing else can have changed since the last build.
     is_all: bool,
-    /// The time after a build that checked only the changes until a pass checks everything.
+    /// The time after a build that did not check everything until a pass does.
     pub(crate) check_after: Duration,
     /// The exported files, relative to `out`, that the last build removed.
     removed_by_build: HashSet<String>,
@@ -158,8 +158,9 @@ struct PassResult {
     needs_retry: bool,
     /// Whether another pass must follow at once, because some places were not watched before.
     must_repeat: bool,
-    /// Whether only the changes were checked.
-    is_partial: bool,
+    /// Whether something may be wrong that the pass did not check: it checked only the changes, or exported
+    /// files were removed before their folder was watched.
+    needs_check: bool,
 }
 
 impl<'a> Watcher<'a> {
@@ -264,9 +265,9 @@ impl<'a> Watcher<'a> {
         let pause = match result {
             PassResult { must_repeat: true, .. } => Some(Duration::ZERO),
             PassResult { needs_retry: true, .. } => Some(self.retry.pause()),
-            PassResult { is_partial, .. } => {
+            PassResult { needs_check, .. } => {
                 self.retry.reset();
-                is_partial.then_some(self.check_after)
+                needs_check.then_some(self.check_after)
             }
         };
         let due = pause.map(|pause| Instant::now() + pause);
@@ -377,8 +378,7 @@ impl<'a> Watcher<'a> {
                 // Each reported change has an answer.
                 (self.events)(Event::Rejected { diagnostics });
             }
-            let (has_ended, needs_retry, must_repeat, is_partial) = (false, false, false, false);
-            return Ok(PassResult { has_ended, needs_retry, must_repeat, is_partial });
+            return Ok(PassResult::default());
         };
         let is_partial = is_triggered && self.is_all;
         self.build.repeat_warnings = !self.has_built;
@@ -392,14 +392,13 @@ impl<'a> Watcher<'a> {
                 if let Some(watched) = self.session.watched.as_ref().filter(|_| !summary.cancelled) {
                     watched.completed();
                 }
-                if summary.published > 0 {
-                    self.collector.watch_outputs(plan);
-                }
+                let is_more = summary.published > 0 && self.collector.watch_outputs(plan);
+                let needs_check = is_partial || is_more;
                 let has_ended = !summary.cancelled;
                 let failed = failed_on.into_iter().chain(broken).collect();
                 self.collector.record_outcome(&self.changed, &failed, has_ended);
                 let needs_retry = has_ended && summary.system_errors > 0;
-                Ok(PassResult { has_ended, needs_retry, must_repeat, is_partial })
+                Ok(PassResult { has_ended, needs_retry, must_repeat, needs_check })
             }
             Err(error) if error.kind() == ErrorKind::UnknownTarget && !self.has_built => Err(error),
             Err(error) => {
@@ -409,7 +408,7 @@ impl<'a> Watcher<'a> {
                     (self.events)(Event::BuildError { error: error.chain().to_vec(), help });
                     self.outstanding.build_failed(error);
                 }
-                Ok(PassResult { has_ended: true, needs_retry, must_repeat, is_partial: false })
+                Ok(PassResult { has_ended: true, needs_retry, must_repeat, needs_check: false })
             }
         }
     }

@@ -262,13 +262,7 @@ impl ChangeCollector {
         self.poll_now();
         let mut is_more = places.exceed(&self.places);
         self.places = places;
-        if let Some(listener) = &mut self.listener {
-            let listened = listener.listen(&self.places);
-            is_more |= listened.is_more;
-            if let Some(why) = listened.failed {
-                self.poll_because(why);
-            }
-        }
+        is_more |= self.listen().unwrap_or(false);
         if let Some(poller) = &mut self.poller {
             is_more |= poller.watch(&self.places);
         }
@@ -276,13 +270,20 @@ impl ChangeCollector {
         is_more
     }
 
-    /// Watches the folders of the files that a build has published.
-    pub(super) fn watch_outputs(&mut self, plan: &Plan) {
-        if self.places.add_outputs(plan)
-            && let Some(listener) = &mut self.listener
-        {
-            listener.listen(&self.places);
+    /// Watches the folders of the files that a build has published. Returns whether any is new, or another
+    /// folder than before: what was removed from it until now may have been missed.
+    pub(super) fn watch_outputs(&mut self, plan: &Plan) -> bool {
+        let is_new = self.places.add_outputs(plan);
+        self.listen().unwrap_or(is_new)
+    }
+
+    /// Listens to the places. Returns whether a new watch was set; `None` if nothing is listened to.
+    fn listen(&mut self) -> Option<bool> {
+        let listened = self.listener.as_mut()?.listen(&self.places);
+        if let Some(why) = listened.failed {
+            self.poll_because(why);
         }
+        Some(listened.is_more)
     }
 
     /// Tests whether events arrive from the roots that are new.

@@ -87,6 +87,17 @@ each_way! {
         watched.ended().unwrap();
     }
 
+    fn an_export_deleted_before_its_folder_is_watched_is_restored(way: Way) {
+        let project = waiting();
+        project.edit("{text}", "{text}/loud");
+        let watched = Watched::start(&project, way.options());
+        watched.until_out_holds("sky/loud.txt", "blue");
+        watched.until("gold runs", |events| starts(events, "upper [gold]") == 1);
+        project.remove("out/sky");
+        project.write("go", "");
+        watched.until_out(&[("gold/loud.txt", "wait"), ("sky/loud.txt", "blue")]);
+    }
+
     /// The deletion is not a change of the graph, but after a rebuild for another reason everything is
     /// checked.
     fn a_deleted_export_is_restored_after_the_next_rebuild(way: Way) {
