@@ -33,6 +33,6 @@ window=$!
 until id=$(xdotool search --onlyvisible --name "Specula preview"); do sleep 0.5; done
 sleep 5
 xdotool mousemove 570 400 key --delay 500 s shift+4
-xdotool mousemove 1270 760 # away from what would show a tip
+xdotool mousemove 85 700 # away from what would show a tip or a scroll bar
 sleep "${WAIT:-60}"
 import -silent -window root -crop 1280x769+0+0 +repage "$out"

@@ -81,6 +81,11 @@ impl Form {
         }
     }
 
+    /// Whether its texels are on cubes, which could have fewer of them.
+    pub fn has_cube(self) -> bool {
+        matches!(self, Self::Shrm | Self::Cabral | Self::KautzMcCool | Self::Plain)
+    }
+
     /// Whether it shows the material.
     pub fn shows_material(self) -> bool {
         !matches!(self, Self::Transfer | Self::Irradiance | Self::Mirror)

@@ -26,6 +26,10 @@ let addressTimer = 0;
 /** The ms that a frame may take while something moves and at rest, and those of rest before it is sharpened. */
 const [MOVING, RESTING, SHARPEN] = [50, 2000, 200];
 
+/** The ms until a coarse picture is drawn again, in case it can be finer by then, and their most. */
+const LONGEST_PAUSE = 60000;
+let sharpenPause = SHARPEN;
+
 // ---- from the state to the picture
 
 /** Changes the state, and with it the picture, the controls and the address. */
@@ -39,6 +43,7 @@ function set(changes) {
     if (notices.length) notify(notices.join(' '));
     addressTimer ||= setTimeout(writeAddress, 400);
     lastChange = performance.now();
+    sharpenPause = SHARPEN;
     load();
     requestFrame();
 }
@@ -79,6 +84,7 @@ async function load() {
         if (loaded.isGone) goneScene = scene;
         if (loader !== renderer || scene === goneScene) continue;
         picture = { ...loaded, key, exposure: scene.exposure, number: scene.number };
+        sharpenPause = SHARPEN;
         turnBack(scene);
         requestFrame();
     }
@@ -114,9 +120,12 @@ async function draw() {
     if (isDrawnAgain) {
         isDrawnAgain = false;
         requestFrame();
-    } else if (share < 0.8 * shareWithin(RESTING)) {
+    } else if (share < 1) {
+        // A frame also takes long if its programs are new or the machine is busy: later ones may be finer.
+        const isSlow = share > 0.8 * shareWithin(RESTING);
+        sharpenPause = isSlow ? Math.min(2 * sharpenPause, LONGEST_PAUSE) : SHARPEN;
         clearTimeout(sharpenTimer);
-        sharpenTimer = setTimeout(requestFrame, SHARPEN);
+        sharpenTimer = setTimeout(requestFrame, sharpenPause);
     }
     if (!isFinished || picture?.key !== pictureKey() || isFrameDue) return;
     const { dataset } = document.documentElement;

@@ -107,7 +107,7 @@ fn subject(ui: &mut Ui, shown: &ShownScene, statistics: Option<&SceneStatistics>
                     lamps => lamps.to_string(),
                 }),
             ),
-            ("looked up by", known(&|statistics| statistics.centre.to_owned())),
+            ("looked up by", known(&|statistics| statistics.centre.clone())),
         ],
     );
     let levels = shown.scene.objects.iter().filter_map(|object| object.look.prefiltered_cube());

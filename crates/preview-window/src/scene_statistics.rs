@@ -11,12 +11,13 @@ use preview::{CompactTaps, Object, Scene};
 pub(crate) struct SceneStatistics {
     pub(crate) triangles: usize,
     pub(crate) objects: usize,
-    pub(crate) centre: &'static str,
+    /// The central directions of the maps.
+    pub(crate) centre: String,
     /// Whether there is no material, but white metal that shows the light.
     pub(crate) shows_light: bool,
     /// The lighting's degree in the reflection; an imported map does not say.
     pub(crate) f: Option<usize>,
-    /// The view's degree; `None` without maps.
+    /// The view's degree, of several maps the highest; `None` without maps.
     pub(crate) p: Option<usize>,
     /// Rows and columns of the environment.
     pub(crate) environment: [usize; 2],
@@ -49,33 +50,33 @@ impl SceneStatistics {
         let known: f64 = held.as_flattened().iter().sum();
         let share = |energy: &[f64; 3]| ratio(energy.iter().sum(), total.max(known));
         let accuracy = reflection.map(|reflection| Accuracy::of(reflection, [0.0; 3], 0.0));
-        let p = match reflection {
-            Some(reflection) => Some(reflection.brdf().p().get()),
-            None => look.has_maps().then(|| look.local().map_or(0, |map| map.p().get())),
-        };
         Self {
             triangles: scene.objects.iter().map(|object| object.mesh.triangles().len()).sum(),
             objects: scene.objects.len(),
-            centre: match look.centre() {
-                Centre::Reflection => "reflection vector",
-                Centre::Normal => "normal",
-                Centre::Tangent => "tangent",
-            },
+            centre: look.centres().into_iter().map(centre_text).collect::<Vec<_>>().join(" and "),
             shows_light: scene.shows_light(),
             f: reflection.map(|reflection| reflection.lighting().degree().get()),
-            p,
+            p: look.view_degrees().iter().map(|p| p.get()).max(),
             environment: [grid.height, grid.width],
             lamps,
             lighting: held.iter().map(share).collect(),
             reflected: accuracy.as_ref().map(reflected).unwrap_or_default(),
             plain: accuracy.map(|accuracy| 1.0 - accuracy.at(accuracy.f(), 0).truth),
-            maps: maps(first, p),
+            maps: maps(first),
         }
     }
 
     /// The share of the environment's energy that the lighting holds.
     pub(crate) fn captured(&self) -> f64 {
         self.lighting.iter().sum()
+    }
+}
+
+fn centre_text(centre: Centre) -> &'static str {
+    match centre {
+        Centre::Reflection => "reflection vector",
+        Centre::Normal => "normal",
+        Centre::Tangent => "tangent",
     }
 }
 
@@ -89,7 +90,7 @@ fn reflected(accuracy: &Accuracy) -> Vec<f64> {
     curve.into_iter().map(gained).collect()
 }
 
-fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
+fn maps(object: &Object) -> Vec<(String, u64)> {
     let look = object.look.as_ref();
     let sizes = look.sizes();
     let texel = 3 * size_of::<f32>() as u64;
@@ -97,13 +98,18 @@ fn maps(object: &Object, p: Option<usize>) -> Vec<(String, u64)> {
     let grid = look.light().environment().grid();
     let edge = sizes.edge;
     let mut maps = Vec::new();
-    if let Some(p) = p {
-        let coefficients = (p as u64 + 1).pow(2);
+    let degrees = look.view_degrees();
+    if !degrees.is_empty() {
+        let coefficients = degrees.iter().map(|p| p.rows() as u64).sum::<u64>();
+        let parts = degrees.len() as u64;
+        let of_each = |count: usize| parts * count as u64;
+        let (views, slices) = (of_each(12), of_each(sizes.slices));
+        let each = if parts > 1 { ", a map of each part" } else { "" };
         maps = vec![
             (format!("SHRM, cube {edge}, {coefficients} rows"), coefficients * face),
-            (format!("Cabral, cube {edge}, 12 maps"), 12 * face),
-            (format!("Kautz-McCool, cube {edge}, {} slices", sizes.slices), sizes.slices as u64 * face),
-            (format!("prefiltered, cube {edge}"), face),
+            (format!("Cabral, cube {edge}, {views} maps"), views * face),
+            (format!("Kautz-McCool, cube {edge}, {slices} slices"), slices * face),
+            (format!("prefiltered, cube {edge}{each}"), parts * face),
         ];
     }
     if let Some((cube, _)) = look.prefiltered_cube() {
@@ -156,7 +162,7 @@ mod tests {
     #[test]
     fn a_white_sphere_under_a_bright_sky_has_known_statistics() {
         let statistics = SceneStatistics::of(&testkit::scene());
-        assert_eq!((statistics.f, statistics.p, statistics.centre), (Some(7), Some(0), "normal"));
+        assert_eq!((statistics.f, statistics.p, &*statistics.centre), (Some(7), Some(0), "normal"));
         assert_eq!(statistics.triangles, mesh::shape("sphere").unwrap().triangles().len());
         assert_eq!(statistics.environment, [16, 32]);
         // Radiance 2 above and 1 below is 1.5 + 0.5 sign(z). Of its energy, 4 pi 2.5, the mean holds 4 pi
@@ -169,6 +175,34 @@ mod tests {
         assert!(statistics.reflected[0] > statistics.lighting[0], "{:?}", statistics.reflected);
         assert!((statistics.plain.unwrap() - 1.0).abs() < 1e-12);
         assert_eq!(statistics.maps[0], ("SHRM, cube 8, 1 rows".into(), 6 * 64 * 12));
+    }
+
+    #[test]
+    fn maps_of_two_parts_are_added() {
+        let lacquer = brdf::Material::Standard(brdf::Standard::new(Default::default()).unwrap());
+        let [f, matte, glossy] = [4, 0, 2].map(|degree| sh::Degree::new(degree).unwrap());
+        let sky = sh::Expansion::from_coefficients(f, vec![[1.0; 3]; f.rows()]).unwrap();
+        let reflected = |material: &brdf::Material, p| {
+            let made = brdf::project(material, brdf::Choice::Degree { f, p }, Stop::NEVER).unwrap();
+            shrm::Reflection::convolve(&sky, &made.coefficients)
+        };
+        let [diffuse, specular] = lacquer.split().unwrap();
+        let parts = [reflected(&diffuse, matte), reflected(&specular, glossy)];
+        let reflection = reflected(&lacquer, glossy).with_parts(parts);
+        let light = std::sync::Arc::clone(testkit::scene().objects[0].look.light());
+        let sizes = preview::MapSizes { edge: 8, slices: 3 };
+        let look = preview::Look::new(light, reflection, None, sizes);
+        let mesh = std::sync::Arc::new(mesh::shape("plane").unwrap());
+        let statistics = SceneStatistics::of(&Scene::of(mesh, std::sync::Arc::new(look)));
+        assert_eq!((&*statistics.centre, statistics.p), ("normal and reflection vector", Some(2)));
+        let face = 6 * 64 * 12;
+        let expected = [
+            ("SHRM, cube 8, 10 rows", 10),
+            ("Cabral, cube 8, 24 maps", 24),
+            ("Kautz-McCool, cube 8, 6 slices", 6),
+            ("prefiltered, cube 8, a map of each part", 2),
+        ];
+        assert_eq!(statistics.maps[..4], expected.map(|(name, maps)| (name.to_owned(), maps * face)));
     }
 
     /// The sun is counted; its energy is not in what the series is measured against.

@@ -65,7 +65,7 @@ fn cpu(criterion: &mut Criterion) {
     }
     for p in [2, 5] {
         let look = look(p);
-        let map = GlobalShrm::new(look.global().expect("a map")).expect("a cube");
+        let map = GlobalShrm::new(&look.global().expect("a map")[0]).expect("a cube");
         let mut radiance = vec![[0.0; 3]; map.texels()];
         let view = Vec3::new(0.48, -0.6, 0.64);
         group.bench_function(BenchmarkId::new("global_update_64", p), |bencher| {

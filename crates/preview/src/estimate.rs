@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use brdf::{Choice, project};
+use brdf::{Choice, Material, project};
 use sh::{Degree, Stop, Window};
 use shrm::{Lamps, Reflection};
 
@@ -27,16 +27,21 @@ impl Look {
         let material = self.material().ok_or_else(|| RenderError::maps("the material is unknown"))?;
         let lighting = self.light().separated();
         let choice = Choice::Sketch { f: lighting.series.degree() };
-        let projection = project(material, choice, stop).map_err(|error| match error {
-            brdf::ProjectionError::Stopped(_) => RenderError::Cancelled,
-            error => RenderError::maps(error.to_string()),
-        })?;
         let p = Degree::new(P).unwrap_or(Degree::ZERO);
-        let coefficients = projection.coefficients.cut_to(Degree::MAX, p);
-        let mut reflection = Reflection::convolve(&lighting.series, &coefficients).windowed(Window::Lanczos);
-        if !lighting.lights.is_empty() {
+        let reflected = |material: &Material| -> Result<_, RenderError> {
+            let projection = project(material, choice, stop).map_err(|error| match error {
+                brdf::ProjectionError::Stopped(_) => RenderError::Cancelled,
+                error => RenderError::maps(error.to_string()),
+            })?;
+            let coefficients = projection.coefficients.cut_to(Degree::MAX, p);
+            let reflection = Reflection::convolve(&lighting.series, &coefficients).windowed(Window::Lanczos);
             let (lights, material) = (lighting.lights.clone(), material.clone());
-            reflection = reflection.with_lamps(Lamps { lights, material });
+            let is_lit = !lights.is_empty();
+            Ok(if is_lit { reflection.with_lamps(Lamps { lights, material }) } else { reflection })
+        };
+        let mut reflection = reflected(material)?;
+        if let Some([diffuse, specular]) = material.split() {
+            reflection = reflection.with_parts([reflected(&diffuse)?, reflected(&specular)?]);
         }
         let sizes = MapSizes { edge: EDGE, ..self.sizes() };
         Ok(Self::new(Arc::clone(self.light()), reflection, Some(material.clone()), sizes))
@@ -45,7 +50,7 @@ impl Look {
 
 #[cfg(test)]
 mod tests {
-    use brdf::{Material, Standard, StandardParameters};
+    use brdf::{Standard, StandardParameters};
     use envmap::Environment;
     use sphere::{LatLong, Rotation};
 
@@ -66,12 +71,13 @@ mod tests {
 
     #[test]
     fn an_estimate_is_near_brute_force() {
-        for roughness in [0.25, 0.6] {
-            let parameters = StandardParameters { metallic: 1.0, roughness, ..StandardParameters::default() };
+        for (metallic, roughness) in [(1.0, 0.25), (1.0, 0.6), (0.0, 0.4)] {
+            let parameters = StandardParameters { metallic, roughness, ..StandardParameters::default() };
             let material = Material::Standard(Standard::new(parameters).unwrap());
             let plain = Look::without_maps(light(), material, MapSizes::default());
             let estimated = plain.estimated(Stop::NEVER).unwrap();
             assert!(estimated.reflection().unwrap().lamps().is_some(), "the sun is beside it");
+            assert_eq!(estimated.local().unwrap().len(), if metallic == 0.0 { 2 } else { 1 });
             let mesh = Arc::new(mesh::shape("sphere").unwrap());
             let drawn = |mode, look| {
                 let scene = Scene::of(Arc::clone(&mesh), Arc::new(look));
@@ -91,7 +97,7 @@ mod tests {
             };
             let (found, expected) = (drawn(Mode::LocalShrm, estimated), drawn(Mode::BruteForce, plain));
             let [p95, p99] = found.stops(&expected, 0.01).unwrap();
-            assert!(p95 < 0.25 && p99 < 0.5, "roughness {roughness}: {p95} and {p99} stops");
+            assert!(p95 < 0.25 && p99 < 0.5, "{metallic}, roughness {roughness}: {p95} and {p99} stops");
         }
     }
 

@@ -59,7 +59,7 @@ pub use host::Host;
 pub use light::Light;
 pub use light_at_places::LightAtPlaces;
 pub use light_image::lit;
-pub use look::{Look, MapSizes};
+pub use look::{Look, MapSizes, PlainMap};
 pub use material_form::{FormField, FormSection, MaterialForm};
 pub use mode::{Background, Mode, Show};
 pub use named::Named;

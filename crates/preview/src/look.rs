@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use brdf::{BaseColorTexture, BrdfTable, Centre, Material, Standard, StandardParameters};
+use envmap::CubeMap;
 use sh::{Degree, Expansion, Light as Sun, Stop};
 use shrm::{Lamps, MOST_P, MOST_VALUES, MapGrid, MapViews, Plain, Reflection, Shrm, Terms, View, ViewSet};
 use sphere::Cube;
@@ -25,6 +26,25 @@ impl Default for MapSizes {
     fn default() -> Self {
         Self { edge: 64, slices: 16 }
     }
+}
+
+/// A map that is made when it is first needed.
+type Made<T> = OnceLock<Result<T, RenderError>>;
+
+/// A plain reflection map, with texels in the order of [`sphere::Cube`].
+pub type PlainMap = Vec<[f32; 3]>;
+
+/// A plain map whose radiance, times a weight, is a part of what is seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlainPart<'a> {
+    /// The texels along the edge of a face.
+    pub(crate) edge: u32,
+    /// The texels, in the order of [`sphere::Cube`].
+    pub(crate) texels: &'a [[f32; 3]],
+    /// The direction of a look-up.
+    pub(crate) centre: Centre,
+    /// What its radiance is multiplied by.
+    pub(crate) weight: f32,
 }
 
 /// The source of a look's maps.
@@ -59,15 +79,17 @@ pub struct Look {
     sizes: MapSizes,
     /// Whether the SHRMs hold the lamps.
     holds_lamps: bool,
-    /// The degree in the view that the SHRMs have, and that of the field that lamps are fitted with, if they
-    /// are not those of the reflection.
-    degrees_in_view: Option<[Degree; 2]>,
-    soft: OnceLock<Result<Shrm, RenderError>>,
-    local: OnceLock<Result<Shrm, RenderError>>,
-    global: OnceLock<Result<Shrm, RenderError>>,
-    cabral: OnceLock<Result<ViewSet, RenderError>>,
-    kautz_mccool: OnceLock<Result<ViewSet, RenderError>>,
-    prefiltered: OnceLock<Result<Vec<[f32; 3]>, RenderError>>,
+    /// Whether one map holds both parts of a material that has two.
+    joins_parts: bool,
+    /// The degrees in the view that the SHRMs have, and those of the fields that lamps are fitted with, if
+    /// they are not those of the reflections.
+    degrees_in_view: Option<Vec<[Degree; 2]>>,
+    soft: Made<Vec<Shrm>>,
+    local: Made<Vec<Shrm>>,
+    global: Made<Vec<Shrm>>,
+    cabral: Made<Vec<ViewSet>>,
+    kautz_mccool: Made<Vec<ViewSet>>,
+    prefiltered: Made<Vec<PlainMap>>,
     base_color_map: OnceLock<Option<BaseColorMap>>,
     table_light: OnceLock<Expansion>,
 }
@@ -134,6 +156,7 @@ impl Look {
             shows_light: false,
             sizes,
             holds_lamps: false,
+            joins_parts: false,
             degrees_in_view: None,
             soft: OnceLock::new(),
             local: OnceLock::new(),
@@ -194,11 +217,18 @@ impl Look {
         Self { holds_lamps, ..self }
     }
 
-    /// Returns the same look with SHRMs of the first degree in the view, as an export has them, fitted to the
-    /// field up to the second if the lamps are in them. Maps of other forms are made from the whole
-    /// reflection.
+    /// Returns the same look with one map of a material that has two parts, about the reflection vector, or
+    /// with a map of each part.
     #[must_use]
-    pub fn with_degrees_in_view(self, degrees_in_view: Option<[Degree; 2]>) -> Self {
+    pub fn with_parts_in_one_map(self, joins_parts: bool) -> Self {
+        Self { joins_parts, ..self }
+    }
+
+    /// Returns the same look with SHRMs of the first degree of each pair in the view, as an export has them,
+    /// fitted to the field up to the second if the lamps are in them: a pair for each map. Maps of other
+    /// forms are made from the whole reflection.
+    #[must_use]
+    pub fn with_degrees_in_view(self, degrees_in_view: Option<Vec<[Degree; 2]>>) -> Self {
         Self { degrees_in_view, ..self }
     }
 
@@ -338,8 +368,8 @@ impl Look {
             .ok_or(RenderError::Missing { what: "this mode", missing: "the maps of the material" })
     }
 
-    /// The central direction of the maps: reflection vector, normal or tangent. Without maps it is that of
-    /// the material.
+    /// The central direction of one map of the whole material: reflection vector, normal or tangent. Without
+    /// maps it is that of the material.
     pub fn centre(&self) -> Centre {
         match &self.field {
             Some(Field::Reflection(reflection)) => reflection.brdf().centre(),
@@ -358,122 +388,197 @@ impl Look {
         self.sizes
     }
 
-    /// The local SHRM on [`Look::cube`], without the lamps that the reflection has beside it: modes that look
-    /// it up add them ([`crate::shading::lamps`]). With the lamps in maps it is what `export-shrm` writes.
+    /// The reflections that have a map each: those of the two parts of the material, or that of all of it;
+    /// none if the look was made from a map.
+    fn mapped(&self) -> &[Reflection] {
+        let Some(reflection) = self.reflection() else { return &[] };
+        match reflection.parts().filter(|_| !self.joins_parts) {
+            Some(parts) => parts,
+            None => std::slice::from_ref(reflection),
+        }
+    }
+
+    /// The central directions of the maps, one for each.
+    pub fn centres(&self) -> Vec<Centre> {
+        match self.mapped() {
+            [] => vec![self.centre()],
+            mapped => mapped.iter().map(|reflection| reflection.brdf().centre()).collect(),
+        }
+    }
+
+    /// The degree P of the SHRM of a reflection, and that of the field that lamps in it are fitted with.
+    fn degrees_of(&self, place: usize, reflection: &Reflection) -> [Degree; 2] {
+        let given = self.degrees_in_view.as_ref().and_then(|degrees| degrees.get(place));
+        let p = reflection.brdf().p();
+        let is_fitted = self.holds_lamps && reflection.lamps().is_some();
+        let own = if is_fitted { p.max(Degree::new(MOST_P).unwrap_or(Degree::MAX)) } else { p };
+        given.copied().unwrap_or([own, Degree::MAX])
+    }
+
+    /// The degrees P of the SHRMs, one for each; none if the look has no maps.
+    pub fn view_degrees(&self) -> Vec<Degree> {
+        match &self.field {
+            Some(Field::Map(map)) => vec![map.p()],
+            _ => (0..).zip(self.mapped()).map(|(place, of)| self.degrees_of(place, of)[0]).collect(),
+        }
+    }
+
+    /// The local SHRM on [`Look::cube`], or that of each part of the material, whose sum is seen. They are
+    /// without the lamps that the reflection has beside it: modes that look them up add them
+    /// ([`crate::shading::lamps`]). With the lamps in maps they are what `export-shrm` writes.
     ///
     /// # Errors
-    /// If the map would be too large, and [`RenderError::Missing`] if the look has no maps.
-    pub fn local(&self) -> Result<&Shrm, RenderError> {
-        if !self.bakes() && self.degrees_in_view.is_none() {
+    /// If a map would be too large, and [`RenderError::Missing`] if the look has no maps.
+    pub fn local(&self) -> Result<&[Shrm], RenderError> {
+        if self.mapped().is_empty() || !self.bakes() && self.degrees_in_view.is_none() {
             return self.soft();
         }
         let made = self.local.get_or_init(|| {
-            let Some(reflection) = self.reflection() else { return self.map(View::Local) };
-            let most = || reflection.brdf().p().max(Degree::new(MOST_P).unwrap_or(Degree::MAX));
-            let [p, field] = self.degrees_in_view.unwrap_or_else(|| [most(), Degree::MAX]);
-            let grid = MapGrid::Cube(self.cube());
-            let made = if self.bakes() {
-                within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
-                reflection.bake(grid, View::Local, [p, field], Stop::NEVER)
-            } else {
-                reflection.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER)
+            let of = |(place, reflection): (usize, &Reflection)| {
+                let [p, field] = self.degrees_of(place, reflection);
+                let grid = MapGrid::Cube(self.cube());
+                let made = if self.holds_lamps && reflection.lamps().is_some() {
+                    within("the local SHRM with lamps", self.texels(), p.rows(), COEFFICIENTS)?;
+                    reflection.bake(grid, View::Local, [p, field], Stop::NEVER)
+                } else {
+                    reflection.cut_in_view(p).synthesise(grid, View::Local, Stop::NEVER)
+                };
+                made.map_err(|error| RenderError::maps(error.to_string()))
             };
-            made.map_err(|error| RenderError::maps(error.to_string()))
+            self.mapped().iter().enumerate().map(of).collect()
         });
-        made.as_ref().map_err(Clone::clone)
+        made.as_deref().map_err(Clone::clone)
     }
 
-    /// The local SHRM without lamps.
-    fn soft(&self) -> Result<&Shrm, RenderError> {
-        self.soft.get_or_init(|| self.map(View::Local)).as_ref().map_err(Clone::clone)
+    /// The local SHRMs without lamps.
+    fn soft(&self) -> Result<&[Shrm], RenderError> {
+        self.soft.get_or_init(|| self.maps(View::Local)).as_deref().map_err(Clone::clone)
     }
 
-    /// The global SHRM on [`Look::cube`], with or without lamps as [`Look::local`].
+    /// The global SHRMs on [`Look::cube`], with or without lamps as [`Look::local`].
     ///
     /// # Errors
     /// The errors of [`Look::local`].
-    pub fn global(&self) -> Result<&Shrm, RenderError> {
+    pub fn global(&self) -> Result<&[Shrm], RenderError> {
         let made = self.global.get_or_init(|| match self.field()? {
-            Field::Reflection(reflection) => {
-                within("the global SHRM", self.texels(), reflection.brdf().p().rows(), COEFFICIENTS)?;
-                Ok(self.local()?.to_global())
+            Field::Reflection(_) => {
+                for reflection in self.mapped() {
+                    let rows = reflection.brdf().p().rows();
+                    within("the global SHRM", self.texels(), rows, COEFFICIENTS)?;
+                }
+                Ok(self.local()?.iter().map(Shrm::to_global).collect())
             }
-            Field::Map(_) => self.map(View::Global),
+            Field::Map(_) => self.maps(View::Global),
         });
-        made.as_ref().map_err(Clone::clone)
+        made.as_deref().map_err(Clone::clone)
     }
 
-    /// Cabral's twelve maps, with all light in them.
+    /// Cabral's twelve maps, of each part if there is a map of each, with all light in them.
     ///
     /// # Errors
     /// The errors of [`Look::local`].
-    pub fn cabral(&self) -> Result<&ViewSet, RenderError> {
+    pub fn cabral(&self) -> Result<&[ViewSet], RenderError> {
         let made = self.cabral.get_or_init(|| {
             within("the set of Cabral's maps", self.texels(), 12, MAPS)?;
-            self.view_set(MapViews::Icosahedron)
+            self.view_sets(MapViews::Icosahedron)
         });
-        made.as_ref().map_err(Clone::clone)
+        made.as_deref().map_err(Clone::clone)
     }
 
-    /// Kautz and McCool's texture, with all light in it.
+    /// Kautz and McCool's texture, of each part if there is a map of each, with all light in it.
     ///
     /// # Errors
     /// The errors of [`Look::local`], and if there is no slice.
-    pub fn kautz_mccool(&self) -> Result<&ViewSet, RenderError> {
+    pub fn kautz_mccool(&self) -> Result<&[ViewSet], RenderError> {
         let made = self.kautz_mccool.get_or_init(|| {
             within("Kautz and McCool's texture", self.texels(), self.sizes.slices, SLICES)?;
-            self.view_set(MapViews::even_angles(self.sizes.slices))
+            self.view_sets(MapViews::even_angles(self.sizes.slices))
         });
-        made.as_ref().map_err(Clone::clone)
+        made.as_deref().map_err(Clone::clone)
     }
 
     /// Explicit maps with all light in them.
-    fn view_set(&self, views: MapViews) -> Result<ViewSet, RenderError> {
+    fn view_sets(&self, views: MapViews) -> Result<Vec<ViewSet>, RenderError> {
         let count = views.count();
-        let set = ViewSet::from_shrm(self.soft()?, views, Stop::NEVER)?
-            .ok_or_else(|| RenderError::maps(format!("a texture needs at least 1 slice, not {count}")))?;
-        Ok(if let Some(lamps) = self.lamps() { set.with_lamps(lamps, Stop::NEVER)? } else { set })
+        let of = |(place, map): (usize, &Shrm)| {
+            let set = ViewSet::from_shrm(map, views.clone(), Stop::NEVER)?
+                .ok_or_else(|| RenderError::maps(format!("a texture needs at least 1 slice, not {count}")))?;
+            Ok(match self.mapped().get(place).and_then(Reflection::lamps) {
+                Some(lamps) => set.with_lamps(lamps, Stop::NEVER)?,
+                None => set,
+            })
+        };
+        self.soft()?.iter().enumerate().map(of).collect()
     }
 
-    /// The plain reflection map, the mean over all views as in `export-reflection-map`, with texels in the
-    /// order of [`sphere::Cube`].
+    /// The plain reflection map, the mean over all views as in `export-reflection-map`, or that of each part
+    /// of the material.
     ///
     /// # Errors
     /// The errors of [`Look::local`].
-    pub fn prefiltered(&self) -> Result<&[[f32; 3]], RenderError> {
-        let made = self.prefiltered.get_or_init(|| match self.field()? {
-            Field::Reflection(reflection) => {
-                within("the reflection map", self.texels(), 1, MAPS)?;
-                let field = reflection.plain(Plain::Mean);
-                let mut texels: Vec<[f32; 3]> = sh::synthesise_cube(&field, self.cube())
-                    .map_err(|error| RenderError::maps(error.to_string()))?;
-                if let Some(lamps) = reflection.lamps() {
-                    let lit = lamps.plain(Plain::Mean, MapGrid::Cube(self.cube()));
-                    for (texel, lit) in texels.iter_mut().zip(lit) {
-                        (0..3).for_each(|channel| texel[channel] += lit[channel]);
-                    }
+    pub fn prefiltered(&self) -> Result<&[PlainMap], RenderError> {
+        let made = self.prefiltered.get_or_init(|| {
+            within("the reflection map", self.texels(), 1, MAPS)?;
+            match self.field()? {
+                Field::Reflection(_) => self.mapped().iter().map(|of| self.plain_map(of)).collect(),
+                // The mean over all views is the term p = 0, in either frame.
+                Field::Map(_) => {
+                    let y_00 = (0.25 / std::f32::consts::PI).sqrt();
+                    let texel = |map: &Shrm, texel| map.texel(texel)[0].map(|value| value * y_00);
+                    let of = |map: &Shrm| (0..map.grid().len()).map(|place| texel(map, place)).collect();
+                    Ok(self.local()?.iter().map(of).collect())
                 }
-                if reflection.is_for_light() {
-                    let values = texels.as_flattened_mut();
-                    values.iter_mut().for_each(|value| *value = value.max(0.0));
-                }
-                Ok(texels)
-            }
-            // The mean over all views is the term p = 0, in either frame.
-            Field::Map(_) => {
-                let (map, y_00) = (self.local()?, (0.25 / std::f32::consts::PI).sqrt());
-                Ok((0..map.grid().len()).map(|texel| map.texel(texel)[0].map(|value| value * y_00)).collect())
             }
         });
-        made.as_ref().map(Vec::as_slice).map_err(Clone::clone)
+        made.as_deref().map_err(Clone::clone)
     }
 
-    fn map(&self, view: View) -> Result<Shrm, RenderError> {
+    /// The plain maps whose sum is seen: the two levels of an engine's cube around the one that is read, or
+    /// [`Look::prefiltered`].
+    ///
+    /// # Errors
+    /// The errors of [`Look::prefiltered`].
+    pub(crate) fn plain_parts<'a>(&'a self) -> Result<Vec<PlainPart<'a>>, RenderError> {
+        if let Some((cube, level)) = self.prefiltered_cube() {
+            let (levels, share) = cube.around(level);
+            let weighted = levels.into_iter().zip([1.0 - share, share]);
+            let part = |(level, weight): (&'a CubeMap, f32)| PlainPart {
+                edge: level.cube().edge as u32,
+                texels: level.pixels(),
+                centre: self.centre(),
+                weight,
+            };
+            return Ok(weighted.filter(|(_, weight)| *weight > 0.0).map(part).collect());
+        }
+        let edge = self.cube().edge as u32;
+        let part = |(texels, centre): (&'a PlainMap, _)| PlainPart { edge, texels, centre, weight: 1.0 };
+        Ok(self.prefiltered()?.iter().zip(self.centres()).map(part).collect())
+    }
+
+    /// The mean of a reflection over all views, with its lamps.
+    fn plain_map(&self, reflection: &Reflection) -> Result<PlainMap, RenderError> {
+        let field = reflection.plain(Plain::Mean);
+        let mut texels: PlainMap =
+            sh::synthesise_cube(&field, self.cube()).map_err(|error| RenderError::maps(error.to_string()))?;
+        if let Some(lamps) = reflection.lamps() {
+            let lit = lamps.plain(Plain::Mean, MapGrid::Cube(self.cube()));
+            for (texel, lit) in texels.iter_mut().zip(lit) {
+                (0..3).for_each(|channel| texel[channel] += lit[channel]);
+            }
+        }
+        if reflection.is_for_light() {
+            texels.as_flattened_mut().iter_mut().for_each(|value| *value = value.max(0.0));
+        }
+        Ok(texels)
+    }
+
+    fn maps(&self, view: View) -> Result<Vec<Shrm>, RenderError> {
         let grid = MapGrid::Cube(self.cube());
         match self.field()? {
-            Field::Reflection(reflection) => reflection
-                .synthesise(grid, view, Stop::NEVER)
-                .map_err(|error| RenderError::maps(error.to_string())),
+            Field::Reflection(_) => {
+                let maps = self.mapped().iter().map(|of| of.synthesise(grid, view, Stop::NEVER));
+                maps.map(|map| map.map_err(|error| RenderError::maps(error.to_string()))).collect()
+            }
             Field::Map(map) => {
                 // Local zonal maps stay zonal. All others are blended with all terms, on their own grid.
                 let (texels, rows) = match (view, map.terms()) {
@@ -482,7 +587,7 @@ impl Look {
                 };
                 let what = if view == View::Local { "the local SHRM" } else { "the global SHRM" };
                 within(what, texels, rows, COEFFICIENTS)?;
-                Ok(map.resampled(grid, view))
+                Ok(vec![map.resampled(grid, view)])
             }
         }
     }
@@ -589,6 +694,6 @@ mod tests {
             rejected(look(1 << 20).local()).starts_with("the local SHRM: 6597069766656 texels times 33 ")
         );
         let small = look(8);
-        assert_eq!((small.local().unwrap().rows(), small.global().unwrap().rows()), (33, 33 * 33));
+        assert_eq!((small.local().unwrap()[0].rows(), small.global().unwrap()[0].rows()), (33, 33 * 33));
     }
 }

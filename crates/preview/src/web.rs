@@ -29,7 +29,7 @@ pub(crate) use self::texture::ELEMENTS;
 pub use self::texture::{WebTexels, WebTexture};
 pub use self::transfer::WebTransfer;
 use self::transfer::turned_elements;
-use crate::layered_map::LayeredMap;
+use crate::layered_map::{LayeredMap, MapProperties};
 use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
@@ -112,8 +112,8 @@ impl WebView {
         view.program = WebProgram::of_mode(mode);
         view.shows_material = mode.shows_material();
         if matches!(mode, Mode::LocalShrm | Mode::Irradiance) {
-            let degree = view.uniforms.iter().find(|(name, _)| *name == "map_uniforms.degree");
-            let degree = degree.map_or(2, |(_, degree)| *degree as usize);
+            let degrees = view.uniforms.iter().filter(|(name, _)| name.ends_with(".degree"));
+            let degree = degrees.map(|(_, degree)| *degree as usize).max().unwrap_or(2);
             let constants = Harmonics::new(degree).constants();
             let constants: Vec<_> = constants.iter().map(|[a, b]| [*a, *b, 0.0, 0.0]).collect();
             view.hold(Elements::Vectors(&constants), "harmonics_constants");
@@ -259,35 +259,53 @@ impl WebView {
     }
 
     fn layers(map: &LayeredMap<'_>, mode: Mode) -> Self {
-        let of = &map.properties;
-        let edge = of.edge as usize;
-        let texels = WebTexels::Rgb((0..map.count).flat_map(|cube| map.cube(cube)).collect());
+        let (edge, count) = (map.edge(), map.count());
+        let texels = WebTexels::Rgb(map.cubes().flatten().collect());
         let texture = WebTexture {
             name: "map",
-            size: [edge, edge, 6 * map.count],
+            size: [edge, edge, 6 * count],
             is_array: true,
             is_linear: false,
             texels,
         };
-        let uniforms = vec![
-            ("map_uniforms.centre", f64::from(of.centre)),
-            ("map_uniforms.edge", f64::from(of.edge)),
-            ("map_uniforms.degree", f64::from(of.degree)),
-            ("map_uniforms.zonal", f64::from(u8::from(of.zonal))),
-            ("map_uniforms.slices", f64::from(of.slices)),
-            ("map_uniforms.coarse_edge", f64::from(of.coarse_edge)),
-            ("map_uniforms.share", f64::from(of.share)),
-        ];
+        let mut uniforms = vec![("map_uniforms.count", map.parts().count() as f64)];
+        for (names, of) in PART_UNIFORMS.iter().zip(map.parts()) {
+            let MapProperties { centre, edge, degree, zonal, slices, first, weight } = of;
+            let numbers = [centre, edge, degree, zonal.into(), slices, first].map(f64::from);
+            uniforms.extend(names.iter().copied().zip(numbers.into_iter().chain([f64::from(weight)])));
+        }
         // Four texels around a direction, of each cube that is read.
         let cubes = match mode {
-            Mode::Cabral => 3,
-            Mode::KautzMcCool => 2,
-            _ => map.count,
+            Mode::Cabral => 3 * map.parts().count(),
+            Mode::KautzMcCool => 2 * map.parts().count(),
+            _ => count,
         };
         let cost = Cost { fetches: 4 * cubes, lights: 0 };
         Self { textures: vec![texture], uniforms, cost, ..Self::default() }
     }
 }
+
+/// The names of the uniforms of each part of a map, in the order of [`MapProperties`].
+const PART_UNIFORMS: [[&str; 7]; LayeredMap::MOST_PARTS] = [
+    [
+        "map_uniforms.parts[0].centre",
+        "map_uniforms.parts[0].edge",
+        "map_uniforms.parts[0].degree",
+        "map_uniforms.parts[0].zonal",
+        "map_uniforms.parts[0].slices",
+        "map_uniforms.parts[0].first",
+        "map_uniforms.parts[0].weight",
+    ],
+    [
+        "map_uniforms.parts[1].centre",
+        "map_uniforms.parts[1].edge",
+        "map_uniforms.parts[1].degree",
+        "map_uniforms.parts[1].zonal",
+        "map_uniforms.parts[1].slices",
+        "map_uniforms.parts[1].first",
+        "map_uniforms.parts[1].weight",
+    ],
+];
 
 /// Whether a page can draw the BRDF table of a look: that of one material under distant light.
 pub fn shows_table(look: &Look) -> bool {

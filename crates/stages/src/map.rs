@@ -39,7 +39,7 @@ pub(crate) use disk_means::disk_means;
 pub(crate) use map_pictures::texels;
 pub(crate) use map_pictures::{Layout, MapPictures, endings};
 pub(crate) use pair_choice::tables as tap_tables;
-pub(crate) use shrm_parameters::{PlannedMap, ShrmSettings};
+pub(crate) use shrm_parameters::{PlannedMap, ShrmSettings, ShrmSizes};
 
 /// Adds the kinds of this folder to a list, in the order in which a pipeline uses them.
 pub(crate) fn add_to(kinds: Kinds) -> Kinds {

@@ -5,10 +5,12 @@ use std::sync::{Arc, OnceLock};
 
 use brdf::Centre;
 use glam::Vec3;
+use shrm::ViewSet;
 
 use super::cancellation::PeriodicCheck;
 use super::product_sampling::{BandSamplers, ProductSampling};
 use super::rasteriser::Hit;
+use crate::look::PlainPart;
 use crate::shading::brute_force::{Prepared, Product, brute_force_past};
 use crate::shading::cabral::{Icosahedron, cabral};
 use crate::shading::global_shrm::{GlobalShrm, global_shrm, global_update_into};
@@ -17,26 +19,27 @@ use crate::shading::kautz_mccool::kautz_mccool;
 use crate::shading::lamps::{PackedLamps, lamps, lamps_past};
 use crate::shading::local_shrm::{LocalShrm, local_shrm};
 use crate::shading::mirror::mirror;
-use crate::shading::prefiltered::{PrefilteredMap, prefiltered};
+use crate::shading::prefiltered::prefiltered;
 use crate::shading::product_samples;
 use crate::shading::sequence::Sequence;
 use crate::shading::shadows::Shadows;
 use crate::shading::taps::{Levels, PackedTaps, taps_radiance};
 use crate::vertex_light::VertexLight;
-use crate::{Look, Mode, RenderError, Scene, Shot};
+use crate::{Look, Mode, PlainMap, RenderError, Scene, Shot};
 
 /// A look and its maps, in the layout in which the shaders read them.
 #[derive(Debug)]
 pub(super) struct LookCache {
     look: Arc<Look>,
-    local: OnceLock<LocalShrm>,
-    global: OnceLock<GlobalShrm>,
+    local: OnceLock<Vec<LocalShrm>>,
+    global: OnceLock<Vec<GlobalShrm>>,
     lamps: OnceLock<PackedLamps>,
     /// The lights beside the cube of an engine.
     suns: OnceLock<PackedLamps>,
     /// The lights beside a BRDF table, without shadows and with them.
     beside_table: [OnceLock<PackedLamps>; 2],
     taps: OnceLock<(PackedTaps, PackedLamps)>,
+    irradiance: OnceLock<Irradiance>,
     brute: OnceLock<Prepared>,
     product: OnceLock<Option<ProductSampling>>,
 }
@@ -56,6 +59,7 @@ impl LookCache {
                     suns: OnceLock::new(),
                     beside_table: [OnceLock::new(), OnceLock::new()],
                     taps: OnceLock::new(),
+                    irradiance: OnceLock::new(),
                     brute: OnceLock::new(),
                     product: OnceLock::new(),
                 });
@@ -86,29 +90,28 @@ pub(super) struct BandState<'a> {
     pub(super) samplers: BandSamplers,
 }
 
-/// A mode of a look, which shades surfaces.
+/// A mode of a look, which shades surfaces. What several maps show is added.
 #[derive(Debug)]
 pub(super) enum Shader<'a> {
     Local {
-        map: &'a LocalShrm,
+        maps: &'a [LocalShrm],
         lamps: &'a PackedLamps,
     },
     Global {
-        map: &'a GlobalShrm,
-        radiance: Vec<[f32; 3]>,
+        /// Each with its radiance toward the viewer.
+        maps: Vec<(&'a GlobalShrm, PlainMap)>,
         lamps: &'a PackedLamps,
     },
     Cabral {
         icosahedron: Icosahedron,
-        cube: Cube<'a>,
+        cubes: Vec<Cube<'a>>,
     },
     KautzMcCool {
         count: usize,
-        cube: Cube<'a>,
+        cubes: Vec<Cube<'a>>,
     },
     Prefiltered {
-        map: PrefilteredMap<'a>,
-        centre: Centre,
+        parts: Vec<PlainPart<'a>>,
         lamps: &'a PackedLamps,
     },
     Taps {
@@ -116,7 +119,7 @@ pub(super) enum Shader<'a> {
         taps: &'a PackedTaps,
         lamps: &'a PackedLamps,
     },
-    Irradiance(Irradiance),
+    Irradiance(&'a Irradiance),
     Mirror {
         size: [u32; 2],
         pixels: &'a [[f32; 3]],
@@ -147,7 +150,11 @@ impl<'a> Shader<'a> {
         shot: &Shot,
     ) -> Result<Self, RenderError> {
         let look = &*cache.look;
-        let cube = |texels| Cube { edge: look.cube().edge as u32, texels, centre: look.centre() };
+        let edge = look.cube().edge as u32;
+        let cubes = |sets: &'a [ViewSet]| {
+            let sets = sets.iter().zip(look.centres());
+            sets.map(|(set, centre)| Cube { edge, texels: set.maps(), centre }).collect()
+        };
         let lamps = || cache.lamps.get_or_init(|| PackedLamps::beside_map(look, mode));
         let beside_table =
             |k: usize| cache.beside_table[k].get_or_init(|| PackedLamps::beside_map(look, mode));
@@ -158,26 +165,32 @@ impl<'a> Shader<'a> {
         };
         let no_cube = || RenderError::maps("the look's map does not lie on a cube");
         Ok(match mode {
-            Mode::LocalShrm => Self::Local {
-                map: once(&cache.local, || LocalShrm::new(look.local()?).ok_or_else(no_cube))?,
-                lamps: lamps(),
-            },
+            Mode::LocalShrm => {
+                let made =
+                    || look.local()?.iter().map(|map| LocalShrm::new(map).ok_or_else(no_cube)).collect();
+                Self::Local { maps: once(&cache.local, made)?, lamps: lamps() }
+            }
             Mode::GlobalShrm => {
-                let map = once(&cache.global, || GlobalShrm::new(look.global()?).ok_or_else(no_cube))?;
-                let mut radiance = vec![[0.0; 3]; map.texels()];
-                global_update_into(map, view, &mut radiance);
-                Self::Global { map, radiance, lamps: lamps() }
+                let made =
+                    || look.global()?.iter().map(|map| GlobalShrm::new(map).ok_or_else(no_cube)).collect();
+                let updated = |map: &'a GlobalShrm| {
+                    let mut radiance = vec![[0.0; 3]; map.texels()];
+                    global_update_into(map, view, &mut radiance);
+                    (map, radiance)
+                };
+                let maps = once(&cache.global, made)?.iter().map(updated).collect();
+                Self::Global { maps, lamps: lamps() }
             }
             Mode::Cabral => {
-                Self::Cabral { icosahedron: Icosahedron::default(), cube: cube(look.cabral()?.maps()) }
+                Self::Cabral { icosahedron: Icosahedron::default(), cubes: cubes(look.cabral()?) }
             }
             Mode::KautzMcCool => {
-                let texture = look.kautz_mccool()?;
-                Self::KautzMcCool { count: texture.views().count(), cube: cube(texture.maps()) }
+                let textures = look.kautz_mccool()?;
+                let count = textures.first().map_or(0, |texture| texture.views().count());
+                Self::KautzMcCool { count, cubes: cubes(textures) }
             }
             Mode::Prefiltered => Self::Prefiltered {
-                map: PrefilteredMap::of(look)?,
-                centre: look.centre(),
+                parts: look.plain_parts()?,
                 lamps: cache.suns.get_or_init(|| PackedLamps::beside_map(look, mode)),
             },
             Mode::Taps => {
@@ -186,7 +199,10 @@ impl<'a> Shader<'a> {
                 let (taps, lamps) = cache.taps.get_or_init(packed);
                 Self::Taps { levels: Levels::new(&map.scales), taps, lamps }
             }
-            Mode::Irradiance => Self::Irradiance(Irradiance::new(look.light().lighting())),
+            Mode::Irradiance => {
+                let made = || Irradiance::new(look.light().lighting());
+                Self::Irradiance(cache.irradiance.get_or_init(made))
+            }
             Mode::Mirror => {
                 let environment = look.light().environment();
                 let grid = environment.grid();
@@ -217,18 +233,27 @@ impl<'a> Shader<'a> {
         let BandState { check, samplers } = state;
         let surface = &hit.surface;
         Ok(match self {
-            Self::Local { map, lamps: beside } => lamps(beside, local_shrm(map, surface), surface),
-            Self::Global { map, radiance, lamps: beside } => {
-                lamps(beside, global_shrm(map, radiance, surface), surface)
+            Self::Local { maps, lamps: beside } => {
+                let sum = maps.iter().map(|map| local_shrm(map, surface)).sum();
+                lamps(beside, sum, surface)
             }
-            Self::Cabral { icosahedron, cube } => {
-                cabral(icosahedron, cube.edge, cube.texels, cube.centre, surface)
+            Self::Global { maps, lamps: beside } => {
+                let sum = maps.iter().map(|(map, radiance)| global_shrm(map, radiance, surface)).sum();
+                lamps(beside, sum, surface)
             }
-            Self::KautzMcCool { count, cube } => {
-                kautz_mccool(cube.edge, cube.texels, *count, cube.centre, surface)
+            Self::Cabral { icosahedron, cubes } => {
+                let of = |cube: &Cube<'_>| cabral(icosahedron, cube.edge, cube.texels, cube.centre, surface);
+                cubes.iter().map(of).sum()
             }
-            Self::Prefiltered { map, centre, lamps: beside } => {
-                lamps(beside, prefiltered(map, *centre, surface), surface)
+            Self::KautzMcCool { count, cubes } => {
+                let of = |cube: &Cube<'_>| kautz_mccool(cube.edge, cube.texels, *count, cube.centre, surface);
+                cubes.iter().map(of).sum()
+            }
+            Self::Prefiltered { parts, lamps: beside } => {
+                let of = |part: &PlainPart<'_>| {
+                    part.weight * prefiltered(part.edge, part.texels, part.centre, surface)
+                };
+                lamps(beside, parts.iter().map(of).sum(), surface)
             }
             Self::Taps { levels, taps, lamps: beside } => {
                 lamps(beside, taps_radiance(levels, taps, surface), surface)

@@ -168,7 +168,7 @@ impl<'a> FrameEncoder<'a> {
                 pass.set_bind_group(1, &update.coefficients.bound, &[]);
                 pass.set_bind_group(2, &update.bound, &[]);
                 let groups = update.edge.div_ceil(GROUP);
-                pass.dispatch_workgroups(groups, groups, 6);
+                pass.dispatch_workgroups(groups, groups, update.faces);
             }
         }
     }

@@ -391,22 +391,40 @@ pub(super) fn mode_files(mode: Mode, models: &BTreeSet<u32>) -> (String, &'stati
     let (sequence, product_samples) = (sequence::shader(), product_samples::shader());
     let (files, value): (&[&str], _) = match mode {
         Mode::LocalShrm => (
-            &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/local_shrm.wgsl")],
-            "lamps_added(surface, local_shrm(surface))",
+            &[
+                &material,
+                NO_SHADOWS,
+                LAMPS,
+                include_str!("../shading/local_shrm.wgsl"),
+                &sum_of_parts("local_shrm"),
+            ],
+            "lamps_added(surface, local_shrm_of_parts(surface))",
         ),
-        Mode::GlobalShrm => {
-            (&[&material, NO_SHADOWS, LAMPS, GLOBAL_SHRM], "lamps_added(surface, global_shrm(surface))")
+        Mode::GlobalShrm => (
+            &[&material, NO_SHADOWS, LAMPS, GLOBAL_SHRM, &sum_of_parts("global_shrm")],
+            "lamps_added(surface, global_shrm_of_parts(surface))",
+        ),
+        Mode::Cabral => {
+            (&[include_str!("../shading/cabral.wgsl"), &sum_of_parts("cabral")], "cabral_of_parts(surface)")
         }
-        Mode::Cabral => (&[include_str!("../shading/cabral.wgsl")], "cabral(surface)"),
-        Mode::KautzMcCool => (&[include_str!("../shading/kautz_mccool.wgsl")], "kautz_mccool(surface)"),
+        Mode::KautzMcCool => (
+            &[include_str!("../shading/kautz_mccool.wgsl"), &sum_of_parts("kautz_mccool")],
+            "kautz_mccool_of_parts(surface)",
+        ),
         Mode::Taps => (
             &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/taps.wgsl")],
             "lamps_added(surface, taps_radiance(surface))",
         ),
         Mode::Irradiance => (&[include_str!("../shading/irradiance.wgsl")], "irradiance(surface)"),
         Mode::Prefiltered => (
-            &[&material, NO_SHADOWS, LAMPS, include_str!("../shading/prefiltered.wgsl")],
-            "lamps_added(surface, prefiltered(surface))",
+            &[
+                &material,
+                NO_SHADOWS,
+                LAMPS,
+                include_str!("../shading/prefiltered.wgsl"),
+                &sum_of_parts("prefiltered"),
+            ],
+            "lamps_added(surface, prefiltered_of_parts(surface))",
         ),
         Mode::Mirror => (&[include_str!("../shading/mirror.wgsl")], "mirror(surface)"),
         // Radiance by tables, and for shadows positions, are drawn as the map of the mode.
@@ -430,6 +448,16 @@ pub(super) fn mode_files(mode: Mode, models: &BTreeSet<u32>) -> (String, &'stati
         ),
     };
     (files.concat(), value)
+}
+
+/// The function that adds what another reads of each part of a map.
+fn sum_of_parts(function: &str) -> String {
+    format!(
+        "fn {function}_of_parts(surface: Surface) -> vec3f {{\n    var sum = vec3f(0.0);\n    \
+         for (var k = 0u; k < map_uniforms.count; k++) {{\n        \
+         sum += map_uniforms.parts[k].weight * {function}(surface, map_uniforms.parts[k]);\n    }}\n    \
+         return sum;\n}}\n"
+    )
 }
 
 /// The shader that adds lamps that the mesh may hide, by the positions that are drawn as its map.

@@ -1,9 +1,10 @@
 // The map of a mode: faces of cubes in layers, or one lat-long image.
 
-struct MapUniforms {
+// A map whose radiance is a part of what is seen.
+struct MapPart {
     // The central direction of the texels: `CENTRE_REFLECTION` and so on.
     centre: u32,
-    // Texels along the edge of a face.
+    // Texels along the edge of a face. Faces are in the upper left corner of their layers.
     edge: u32,
     // P.
     degree: u32,
@@ -11,10 +12,18 @@ struct MapUniforms {
     zonal: u32,
     // The slices of Kautz and McCool's texture.
     slices: u32,
-    // Texels along the edge of a face of the next level of detail.
-    coarse_edge: u32,
-    // The share of that level.
-    share: f32,
+    // The first of its layers.
+    first: u32,
+    // What its radiance is multiplied by.
+    weight: f32,
+    // Elements of arrays of uniforms have a multiple of 16 bytes.
+    unused: u32,
+}
+
+struct MapUniforms {
+    parts: array<MapPart, 2>,
+    // How many there are.
+    count: u32,
 }
 
 @group(1) @binding(0) var<uniform> map_uniforms: MapUniforms;

@@ -17,29 +17,42 @@ use crate::shading::harmonics::Harmonics;
 use crate::shading::irradiance::Irradiance;
 use crate::shading::lamps::PackedLamps;
 use crate::shading::material::PackedMaterial;
-use crate::shading::numbers::centre;
 use crate::shading::product_tables::{HEADER, ProductTables};
 use crate::shading::taps::{Levels, PackedTaps};
 use crate::{CompactMap, Light, Look, Mode, RenderError};
 
-/// The properties of a map: `MapUniforms` of map.wgsl.
+/// `MapUniforms` of map.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 struct MapUniforms {
+    parts: [MapPart; LayeredMap::MOST_PARTS],
+    count: u32,
+    unused: [u32; 3],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+struct MapPart {
     centre: u32,
     edge: u32,
     degree: u32,
     zonal: u32,
     slices: u32,
-    coarse_edge: u32,
-    share: f32,
+    first: u32,
+    weight: f32,
     unused: u32,
 }
 
-impl From<MapProperties> for MapUniforms {
-    fn from(map: MapProperties) -> Self {
-        let MapProperties { centre, edge, degree, zonal, slices, coarse_edge, share } = map;
-        Self { centre, edge, degree, zonal: u32::from(zonal), slices, coarse_edge, share, unused: 0 }
+impl MapUniforms {
+    fn new(properties: impl IntoIterator<Item = MapProperties>) -> Self {
+        let mut uniforms = Self::default();
+        for (part, of) in uniforms.parts.iter_mut().zip(properties) {
+            let MapProperties { centre, edge, degree, zonal, slices, first, weight } = of;
+            let zonal = zonal.into();
+            *part = MapPart { centre, edge, degree, zonal, slices, first, weight, unused: 0 };
+            uniforms.count += 1;
+        }
+        uniforms
     }
 }
 
@@ -120,6 +133,8 @@ pub(super) struct Update {
     pub(super) coefficients: Map,
     pub(super) bound: wgpu::BindGroup,
     pub(super) edge: u32,
+    /// The faces of all maps.
+    pub(super) faces: u32,
     harmonics: Harmonics,
     view: wgpu::Buffer,
 }
@@ -315,7 +330,7 @@ impl LookMaps {
             }
             mode => match LayeredMap::of(look, mode)? {
                 Some(map) => {
-                    self.degree = self.degree.max(map.properties.degree as usize);
+                    self.degree = self.degree.max(map.degree());
                     cubes(device, layouts, &map)?
                 }
                 None => return Ok(()),
@@ -333,17 +348,19 @@ pub(super) fn scale_space(device: &Device, scales: &ScaleSpace) -> Result<wgpu::
 
 impl Update {
     /// The update of a global map, and the reflection map that it writes.
-    fn new(device: &Device, layouts: &Layouts, map: &Shrm) -> Result<(Self, Map), RenderError> {
-        let source = cubes(device, layouts, &LayeredMap::coefficients(map).checked()?)?;
-        let edge = map.grid().shape()[1] as u32;
-        let shape = [u64::from(edge), u64::from(edge), 6];
+    fn new(device: &Device, layouts: &Layouts, maps: &[Shrm]) -> Result<(Self, Map), RenderError> {
+        let coefficients = LayeredMap::coefficients(maps).checked()?;
+        let source = cubes(device, layouts, &coefficients)?;
+        let (edge, faces) = (coefficients.edge() as u32, 6 * maps.len() as u32);
+        let shape = [edge, edge, faces].map(u64::from);
         let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
         let texture = device.texture("the reflection map of a view", TEXELS, usage, shape)?;
-        let harmonics = Harmonics::new(map.p().get());
+        let degree = coefficients.degree();
+        let harmonics = Harmonics::new(degree);
         let view = device.buffer(
             "the harmonics of a view",
             BufferUsages::STORAGE | BufferUsages::COPY_DST,
-            4 * map.rows() as u64,
+            4 * (degree as u64 + 1) * (degree as u64 + 1),
         )?;
         let target = layers(&texture);
         let bound = device.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -354,9 +371,10 @@ impl Update {
                 wgpu::BindGroupEntry { binding: 2, resource: view.as_entire_binding() },
             ],
         });
-        let uniforms = MapUniforms { centre: centre(map.centre()), edge, ..MapUniforms::default() };
-        let reflection = Map::new(device, layouts, texture, uniforms)?;
-        Ok((Self { coefficients: source, bound, edge, harmonics, view }, reflection))
+        let parts = coefficients.parts().zip(0..);
+        let parts = parts.map(|(part, place)| MapProperties { first: 6 * place, ..part });
+        let reflection = Map::new(device, layouts, texture, MapUniforms::new(parts))?;
+        Ok((Self { coefficients: source, bound, edge, faces, harmonics, view }, reflection))
     }
 
     /// Sets the view, a unit vector in the light's frame.
@@ -416,11 +434,11 @@ impl Map {
 
 /// A map in the layers of a texture.
 fn cubes(device: &Device, layouts: &Layouts, map: &LayeredMap<'_>) -> Result<Map, RenderError> {
-    let (edge, count) = (u64::from(map.properties.edge), map.count);
-    let texture = device.texture(map.what, TEXELS, USAGE, [edge, edge, 6 * count as u64])?;
+    let edge = map.edge() as u64;
+    let texture = device.texture(map.what, TEXELS, USAGE, [edge, edge, 6 * map.count() as u64])?;
     let mut staged = 0;
-    for k in 0..count {
-        let texels = padded(map.cube(k));
+    for (k, cube) in map.cubes().enumerate() {
+        let texels = padded(cube);
         device.write_layers(&texture, 6 * k as u32, &texels);
         staged += size_of_val(texels.as_slice());
         if staged >= STAGED {
@@ -430,7 +448,7 @@ fn cubes(device: &Device, layouts: &Layouts, map: &LayeredMap<'_>) -> Result<Map
             staged = 0;
         }
     }
-    Map::new(device, layouts, texture, map.properties.into())
+    Map::new(device, layouts, texture, MapUniforms::new(map.parts()))
 }
 
 fn layers(texture: &wgpu::Texture) -> wgpu::TextureView {

@@ -11,7 +11,7 @@ fn background(kind: u32, flat_radiance: vec3f, ray: vec3f) -> vec3f {
             return lat_long_sample(map, ray);
         }
         case BACKGROUND_CUBE: {
-            return cube_blend(map, cube_taps(map_uniforms.edge, ray), 0u);
+            return cube_blend(map, cube_taps(map_uniforms.parts[0].edge, ray), 0u);
         }
         default: {
             return flat_radiance;

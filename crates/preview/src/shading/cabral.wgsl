@@ -24,8 +24,8 @@ const CABRAL_TRIANGLES = array<vec3u, 20>(
     vec3u(11, 7, 6), vec3u(11, 8, 7), vec3u(11, 9, 8), vec3u(11, 10, 9), vec3u(11, 6, 10),
 );
 
-// A vertex's map is in the layers 6 vertex + face.
-fn cabral(surface: Surface) -> vec3f {
+// A vertex's map is in the layers 6 vertex + face from the first on.
+fn cabral(surface: Surface, part: MapPart) -> vec3f {
     var points = CABRAL_POINTS;
     var triangles = CABRAL_TRIANGLES;
     let v = surface.view;
@@ -43,10 +43,10 @@ fn cabral(surface: Surface) -> vec3f {
     let a = points[vertices.x];
     let b = points[vertices.y];
     let c = points[vertices.z];
-    let parts = max(vec3f(dot(v, cross(b, c)), dot(v, cross(c, a)), dot(v, cross(a, b))), vec3f(0.0));
-    let shares = parts / (parts.x + parts.y + parts.z);
-    let taps = cube_taps(map_uniforms.edge, surface_central(surface, map_uniforms.centre));
-    return cube_blend(map, taps, 6u * vertices.x) * shares.x
-        + cube_blend(map, taps, 6u * vertices.y) * shares.y
-        + cube_blend(map, taps, 6u * vertices.z) * shares.z;
+    let volumes = max(vec3f(dot(v, cross(b, c)), dot(v, cross(c, a)), dot(v, cross(a, b))), vec3f(0.0));
+    let shares = volumes / (volumes.x + volumes.y + volumes.z);
+    let taps = cube_taps(part.edge, surface_central(surface, part.centre));
+    return cube_blend(map, taps, part.first + 6u * vertices.x) * shares.x
+        + cube_blend(map, taps, part.first + 6u * vertices.y) * shares.y
+        + cube_blend(map, taps, part.first + 6u * vertices.z) * shares.z;
 }

@@ -1,8 +1,10 @@
 //! A white diffuse surface from nine coefficients (Ramamoorthi and Hanrahan 2001): irradiance over pi about
-//! the normal, the sum of A_l / pi L_lm Y_lm(N) with A_0 = pi, A_1 = 2 pi / 3 and A_2 = pi / 4.
+//! the normal, the sum of A_l / pi L_lm Y_lm(N) with A_0 = pi, A_1 = 2 pi / 3 and A_2 = pi / 4. Nine
+//! coefficients of a sun are negative on the far side: they have the least window without that, as the
+//! irradiance that is exported for engines.
 
 use glam::Vec3;
-use sh::Expansion;
+use sh::{Degree, Expansion, non_negative};
 
 use super::harmonics::Harmonics;
 use super::surface::Surface;
@@ -20,10 +22,15 @@ const SHARES: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
 impl Irradiance {
     /// The irradiance of a lighting; coefficients that it lacks up to degree 2 are 0.
     pub fn new(lighting: &Expansion) -> Self {
+        let mut irradiance = lighting.to_degree(Degree::new(2).unwrap_or(lighting.degree()));
+        for (row, value) in irradiance.coefficients_mut().iter_mut().enumerate() {
+            *value = value.map(|value| value * SHARES[row.isqrt()]);
+        }
+        // Without a positive mean no window helps, and nothing is changed.
+        let irradiance = non_negative(&irradiance).map_or(irradiance, |found| found.expansion);
         let mut rows = [Vec3::ZERO; 9];
-        for (row, (value, out)) in lighting.coefficients().iter().zip(&mut rows).enumerate() {
-            let share = SHARES[row.isqrt()];
-            *out = Vec3::from_array(value.map(|value| (value * share) as f32));
+        for (value, row) in irradiance.coefficients().iter().zip(&mut rows) {
+            *row = Vec3::from_array(value.map(|value| value as f32));
         }
         Self { harmonics: Harmonics::new(2), rows }
     }
@@ -50,8 +57,10 @@ mod tests {
     use super::*;
     use crate::shading::testkit::{apart, reflection, surfaces};
     use brdf::{Choice, Lambert, Material, project};
-    use sh::{Degree, Stop};
+    use glam::DVec3;
+    use sh::{Basis, Stop};
     use shrm::Reflection;
+    use sphere::Direction;
 
     #[test]
     fn it_matches_a_lambert_reflection_of_degree_2() {
@@ -65,6 +74,20 @@ mod tests {
             // Nine terms of about 1.
             assert!(apart(irradiance(&light, &surface), field.evaluate(normal)) < 2e-6);
         }
+    }
+
+    #[test]
+    fn a_sun_leaves_nothing_negative() {
+        let mut y = [0.0; 9];
+        Basis::new(Degree::new(2).unwrap())
+            .evaluate_into(Direction::normalised(DVec3::new(0.6, 0.0, 0.8)), &mut y);
+        let rows = y.iter().map(|y| [10.0 * y, 8.0 * y, 5.0 * y]).collect();
+        let sun = Expansion::from_coefficients(Degree::new(2).unwrap(), rows).unwrap();
+        let light = Irradiance::new(&sun);
+        let seen: Vec<_> = surfaces().iter().map(|(surface, _)| irradiance(&light, surface)).collect();
+        let least = seen.iter().map(|radiance| radiance.min_element()).fold(f32::INFINITY, f32::min);
+        let most = seen.iter().map(|radiance| radiance.max_element()).fold(0.0, f32::max);
+        assert!(least > -1e-4 * most && most > 1.0, "{least} to {most}");
     }
 
     #[test]

@@ -1,13 +1,18 @@
 precision highp float;
 precision highp int;
-struct MapUniforms {
+struct MapPart {
     uint centre;
     uint edge;
     uint degree;
     uint zonal;
     uint slices;
-    uint coarse_edge;
-    float share;
+    uint first;
+    float weight;
+    uint unused;
+};
+struct MapUniforms {
+    MapPart parts[2];
+    uint count;
 };
 struct Surface {
     vec3 normal;
@@ -555,10 +560,10 @@ float material_one_less_sinc(float x_1) {
 Half material_half(vec3 light, vec3 view) {
     bool local_10 = false;
     bool local_11 = false;
-    vec3 sum_10 = (light + view);
-    float length_squared = dot(sum_10, sum_10);
+    vec3 sum_14 = (light + view);
+    float length_squared = dot(sum_14, sum_14);
     if ((light.z > MATERIAL_HORIZON)) {
-        local_10 = (sum_10.z > MATERIAL_HORIZON);
+        local_10 = (sum_14.z > MATERIAL_HORIZON);
     } else {
         local_10 = false;
     }
@@ -569,11 +574,11 @@ Half material_half(vec3 light, vec3 view) {
         local_11 = false;
     }
     bool seen = local_11;
-    float across_3 = ((sum_10.x * sum_10.x) + (sum_10.y * sum_10.y));
+    float across_3 = ((sum_14.x * sum_14.x) + (sum_14.y * sum_14.y));
     vec3 difference_1 = (light - view);
     float turn_2 = (0.25 * dot(difference_1, difference_1));
     float facet = (0.5 * sqrt(length_squared));
-    return Half(seen, sum_10, length_squared, across_3, light.z, max(view.z, 0.0), facet, turn_2);
+    return Half(seen, sum_14, length_squared, across_3, light.z, max(view.z, 0.0), facet, turn_2);
 }
 #endif
 #if defined(MODEL_0)
@@ -668,10 +673,10 @@ float material_lambda_cosine(float m, float cosine_2) {
 #if defined(MODEL_6) || defined(MODEL_7)
 float material_dielectric(float ior, float c_1) {
     float excess = ((ior * ior) - 1.0);
-    float sum_11 = (sqrt((excess + (c_1 * c_1))) + c_1);
-    float difference_2 = (excess / sum_11);
-    float parallel = (((c_1 * sum_11) - 1.0) / ((c_1 * difference_2) + 1.0));
-    float share_4 = (difference_2 / sum_11);
+    float sum_15 = (sqrt((excess + (c_1 * c_1))) + c_1);
+    float difference_2 = (excess / sum_15);
+    float parallel = (((c_1 * sum_15) - 1.0) / ((c_1 * difference_2) + 1.0));
+    float share_4 = (difference_2 / sum_15);
     return (((0.5 * share_4) * share_4) * (1.0 + (parallel * parallel)));
 }
 float material_conductor(float n_2, float k_2, float c_2, float sin2_1) {
@@ -697,9 +702,9 @@ float material_conductor(float n_2, float k_2, float c_2, float sin2_1) {
     float _e40 = part;
     float twice = ((2.0 * c_2) * sqrt(_e40));
     float s_3 = (max(((size_1 + cos2_1) - twice), 0.0) / ((size_1 + cos2_1) + twice));
-    float sum_12 = ((cos2_1 * size_1) + (sin2_1 * sin2_1));
+    float sum_16 = ((cos2_1 * size_1) + (sin2_1 * sin2_1));
     float less = (twice * sin2_1);
-    return ((0.5 * s_3) * (1.0 + ((sum_12 - less) / (sum_12 + less))));
+    return ((0.5 * s_3) * (1.0 + ((sum_16 - less) / (sum_16 + less))));
 }
 #endif
 #if defined(MODEL_13)
@@ -708,15 +713,15 @@ vec3 material_half_difference(vec3 light_1, vec3 view_1) {
     vec2 theta = vec2(1.0, 0.0);
     bool local_12 = false;
     bool local_13 = false;
-    vec3 sum_13 = (light_1 + view_1);
+    vec3 sum_17 = (light_1 + view_1);
     vec3 difference_3 = (light_1 - view_1);
-    float across_5 = length(sum_13.xy);
-    float size_2 = length(sum_13);
+    float across_5 = length(sum_17.xy);
+    float size_2 = length(sum_17);
     if ((across_5 > 0.0)) {
-        phi = (sum_13.xy / vec2(across_5));
+        phi = (sum_17.xy / vec2(across_5));
     }
     if ((size_2 > 0.0)) {
-        theta = (vec2(sum_13.z, across_5) / vec2(size_2));
+        theta = (vec2(sum_17.z, across_5) / vec2(size_2));
     }
     float _e28 = phi.x;
     float _e32 = phi.y;
@@ -740,7 +745,7 @@ vec3 material_half_difference(vec3 light_1, vec3 view_1) {
     bool turned = local_12;
     float side = (turned ? -1.0 : 1.0);
     float _e72 = angles_angle((side * y_4), (side * x_10));
-    float _e74 = angles_angle(across_5, sum_13.z);
+    float _e74 = angles_angle(across_5, sum_17.z);
     float _e76 = angles_angle(length(difference_3), size_2);
     return vec3(_e74, _e76, _e72);
 }
@@ -752,15 +757,15 @@ vec4 material_half_and_difference(vec3 light_2, vec3 view_2) {
     bool local_14 = false;
     bool local_15 = false;
     float phi_1 = 0.0;
-    vec3 sum_14 = (light_2 + view_2);
+    vec3 sum_18 = (light_2 + view_2);
     vec3 difference_4 = (light_2 - view_2);
-    float across_6 = length(sum_14.xy);
-    float size_3 = length(sum_14);
+    float across_6 = length(sum_18.xy);
+    float size_3 = length(sum_18);
     if ((across_6 > 0.0)) {
-        away = (sum_14.xy / vec2(across_6));
+        away = (sum_18.xy / vec2(across_6));
     }
     if ((size_3 > 0.0)) {
-        theta_1 = (vec2(sum_14.z, across_6) / vec2(size_3));
+        theta_1 = (vec2(sum_18.z, across_6) / vec2(size_3));
     }
     float _e28 = away.x;
     float _e32 = away.y;
@@ -798,7 +803,7 @@ vec4 material_half_and_difference(vec3 light_2, vec3 view_2) {
         float _e93 = phi_1;
         phi_1 = (_e93 + 6.2831855);
     }
-    float _e97 = angles_angle(across_6, sum_14.z);
+    float _e97 = angles_angle(across_6, sum_18.z);
     float _e98 = phi_1;
     float _e100 = angles_angle(length(difference_4), size_3);
     float _e103 = angles_angle((side_1 * y_5), (side_1 * x_11));
@@ -1076,9 +1081,9 @@ vec3 microfacet_peak(uint at_38) {
 }
 vec3 material_microfacet(uint at_39, vec3 light_8, vec3 view_8) {
     bool local_16 = false;
-    vec3 sum_15 = (light_8 + view_8);
+    vec3 sum_19 = (light_8 + view_8);
     if (!((light_8.z <= 0.0))) {
-        local_16 = (dot(sum_15, sum_15) <= 0.0);
+        local_16 = (dot(sum_19, sum_19) <= 0.0);
     } else {
         local_16 = true;
     }
@@ -1086,7 +1091,7 @@ vec3 material_microfacet(uint at_39, vec3 light_8, vec3 view_8) {
     if (_e14) {
         return vec3(0.0);
     }
-    float _e20 = angles_angle(length(sum_15.xy), sum_15.z);
+    float _e20 = angles_angle(length(sum_19.xy), sum_19.z);
     float _e21 = microfacet_sigma(at_39);
     float share_6 = (_e20 / _e21);
     vec3 _e23 = microfacet_peak(at_39);
@@ -1198,8 +1203,8 @@ vec3 material_ggx(uint at_53, vec3 light_10, vec3 view_10) {
     }
     float _e8 = ggx_product(at_53);
     float _e9 = ggx_ratio(at_53);
-    vec3 sum_16 = _e3.sum;
-    across = ((((sum_16.x * sum_16.x) * _e9) + ((sum_16.y * sum_16.y) / _e9)) + ((_e8 * sum_16.z) * sum_16.z));
+    vec3 sum_20 = _e3.sum;
+    across = ((((sum_20.x * sum_20.x) * _e9) + ((sum_20.y * sum_20.y) / _e9)) + ((_e8 * sum_20.z) * sum_20.z));
     float _e26 = across;
     across = (_e26 / _e3.length_squared);
     float cos_i_3 = _e3.light;
@@ -1276,13 +1281,13 @@ vec3 material_ashikhmin_shirley(uint at_61, vec3 light_12, vec3 view_12) {
     if (!(_e3.seen)) {
         return vec3(0.0);
     }
-    vec3 sum_17 = _e3.sum;
+    vec3 sum_21 = _e3.sum;
     float facet_1 = _e3.facet;
     float cos_i_4 = _e3.light;
     float cos_o_3 = _e3.view;
     if ((_e3.across > 0.0)) {
         vec2 _e17 = ashikhmin_shirley_half_exponent(at_61);
-        float turned_2 = (((_e17.x * sum_17.x) * sum_17.x) + ((_e17.y * sum_17.y) * sum_17.y));
+        float turned_2 = (((_e17.x * sum_21.x) * sum_21.x) + ((_e17.y * sum_21.y) * sum_21.y));
         exponent = (turned_2 / _e3.across);
     }
     float _e31 = ashikhmin_shirley_lobe(at_61);
@@ -1476,11 +1481,11 @@ vec3 material_poulin_fournier(uint at_73, vec3 light_14, vec3 view_14) {
         float matte = (((2.0 * from_light) * from_view) - (_e84 * twice_1));
         float _e87 = diffuse;
         diffuse = (_e87 + (scale_1 * max((radius_2 * matte), 0.0)));
-        vec3 sum_18 = _e3.sum;
-        float along_1 = ((sum_18.x * sum_18.x) / _e3.length_squared);
+        vec3 sum_22 = _e3.sum;
+        float along_1 = ((sum_22.x * sum_22.x) / _e3.length_squared);
         float _e104 = material_power(sqrt(max((1.0 - along_1), 0.0)), along_1, _e32);
         float _e105 = specular;
-        float _e109 = material_cylinder_highlight(at_73, sum_18, _e8.phi, _e9.phi, arc_1);
+        float _e109 = material_cylinder_highlight(at_73, sum_22, _e8.phi, _e9.phi, arc_1);
         specular = (_e105 + ((scale_1 * _e104) * _e109));
     }
     if ((ground.x < ground.y)) {
@@ -1704,10 +1709,10 @@ vec3 material_measured_anisotropic(uint at_93, vec3 light_18, vec3 view_18) {
             uvec3 far_1 = uvec3((_e71 >> 2u), ((_e74 >> 1u) & 1u), (_e79 & 1u));
             uint i_8 = min((first_3.x + far_1.x), (_e9.x - 1u));
             uint j = ((first_3.y + far_1.y) % _e9.y);
-            uint k_10 = min((first_3.z + far_1.z), (_e9.z - 1u));
+            uint k_14 = min((first_3.z + far_1.z), (_e9.z - 1u));
             float weight_1 = ((((far_1.x == 1u) ? share_8.x : (1.0 - share_8.x)) * ((far_1.y == 1u) ? share_8.y : (1.0 - share_8.y))) * ((far_1.z == 1u) ? share_8.z : (1.0 - share_8.z)));
             vec3 _e128 = sum_4;
-            vec3 _e138 = material_row(_e62, (((((i_8 * _e9.y) + j) * _e9.z) + k_10) * _e9.w), columns_2, share_8.w);
+            vec3 _e138 = material_row(_e62, (((((i_8 * _e9.y) + j) * _e9.z) + k_14) * _e9.w), columns_2, share_8.w);
             sum_4 = (_e128 + (_e138 * weight_1));
         }
     }
@@ -2076,12 +2081,12 @@ vec3 texture_color(vec2 at_97, vec2 across_1, vec2 down) {
     return mix(_e63, _e71, (_e72 - float(fine)));
 }
 vec3 texture_at_fragment(vec2 coordinates, float nearness, float samples) {
-    vec2 sum_19 = (coordinates * nearness);
+    vec2 sum_23 = (coordinates * nearness);
     float scale_2 = (1.0 / (nearness * samples));
-    vec2 _e7 = dFdx(sum_19);
+    vec2 _e7 = dFdx(sum_23);
     float _e8 = dFdx(nearness);
     vec2 across_11 = ((_e7 - (coordinates * _e8)) * scale_2);
-    vec2 _e12 = dFdy(sum_19);
+    vec2 _e12 = dFdy(sum_23);
     float _e13 = dFdy(nearness);
     vec2 down_1 = ((_e12 - (coordinates * _e13)) * scale_2);
     vec3 _e17 = texture_color(coordinates, across_11, down_1);
@@ -2292,10 +2297,10 @@ vec3 background(uint kind, vec3 flat_radiance, vec3 ray_1) {
             return _e4;
         }
         case 1u: {
-            uint _e8 = map_uniforms.edge;
-            Taps _e9 = cube_taps(_e8, ray_1);
-            vec3 _e11 = cube_blend(map, _e9, 0u);
-            return _e11;
+            uint _e10 = map_uniforms.parts[0].edge;
+            Taps _e11 = cube_taps(_e10, ray_1);
+            vec3 _e13 = cube_blend(map, _e11, 0u);
+            return _e13;
         }
         default: {
             return flat_radiance;
@@ -2431,15 +2436,15 @@ vec3 table_reflected(Surface surface_4) {
 }
 #endif
 #if defined(MODE_LOCAL_SHRM)
-vec3 local_shrm_row(Taps taps_2, uint row_9, vec4 share_1) {
-    uint first_7 = (6u * row_9);
-    vec3 _e8 = cube_load(map, taps_2.texel[0], first_7);
-    vec3 _e14 = cube_load(map, taps_2.texel[1], first_7);
-    vec3 _e21 = cube_load(map, taps_2.texel[2], first_7);
-    vec3 _e28 = cube_load(map, taps_2.texel[3], first_7);
-    return ((((_e8 * share_1.x) + (_e14 * share_1.y)) + (_e21 * share_1.z)) + (_e28 * share_1.w));
+vec3 local_shrm_row(MapPart part_1, Taps taps_2, uint row_9, vec4 share_1) {
+    uint first_7 = (part_1.first + (6u * row_9));
+    vec3 _e11 = cube_load(map, taps_2.texel[0], first_7);
+    vec3 _e17 = cube_load(map, taps_2.texel[1], first_7);
+    vec3 _e24 = cube_load(map, taps_2.texel[2], first_7);
+    vec3 _e31 = cube_load(map, taps_2.texel[3], first_7);
+    return ((((_e11 * share_1.x) + (_e17 * share_1.y)) + (_e24 * share_1.z)) + (_e31 * share_1.w));
 }
-vec3 local_shrm(Surface surface_5) {
+vec3 local_shrm(Surface surface_5, MapPart part_2) {
     vec4 x_6 = vec4(0.0);
     vec4 y_1 = vec4(0.0);
     vec4 z = vec4(0.0);
@@ -2452,236 +2457,330 @@ vec3 local_shrm(Surface surface_5) {
     vec4 below = vec4(0.0);
     vec4 value_2 = vec4(0.0);
     uint p_1 = 0u;
-    uint _e3 = map_uniforms.edge;
-    uint _e6 = map_uniforms.centre;
-    vec3 _e7 = surface_central(surface_5, _e6);
-    Taps _e8 = cube_taps(_e3, _e7);
+    vec3 _e4 = surface_central(surface_5, part_2.centre);
+    Taps _e5 = cube_taps(part_2.edge, _e4);
     vec3 v_3 = surface_5.view;
     bool loop_init_15 = true;
     while(true) {
         if (!loop_init_15) {
-            uint _e71 = k_9;
-            k_9 = (_e71 + 1u);
+            uint _e66 = k_9;
+            k_9 = (_e66 + 1u);
         }
         loop_init_15 = false;
-        uint _e15 = k_9;
-        if ((_e15 < 4u)) {
+        uint _e12 = k_9;
+        if ((_e12 < 4u)) {
         } else {
             break;
         }
         {
-            uint _e20 = map_uniforms.edge;
-            uint _e22 = k_9;
-            vec3 _e24 = cube_centre(_e20, _e8.texel[_e22]);
-            vec3 c_3 = normalize(_e24);
+            uint _e17 = k_9;
+            vec3 _e19 = cube_centre(part_2.edge, _e5.texel[_e17]);
+            vec3 c_3 = normalize(_e19);
             float sine_8 = sqrt(((c_3.x * c_3.x) + (c_3.y * c_3.y)));
             beta = vec2(1.0, 0.0);
             if ((sine_8 > 0.0)) {
                 beta = (c_3.xy / vec2(sine_8));
             }
-            uint _e43 = k_9;
-            float _e47 = beta.x;
-            float _e51 = beta.y;
-            x_6[_e43] = dot(v_3, vec3((c_3.z * _e47), (c_3.z * _e51), -(sine_8)));
-            uint _e56 = k_9;
-            float _e60 = beta.x;
-            float _e64 = beta.y;
-            y_1[_e56] = ((v_3.y * _e60) - (v_3.x * _e64));
-            uint _e67 = k_9;
-            z[_e67] = dot(v_3, c_3);
+            uint _e38 = k_9;
+            float _e42 = beta.x;
+            float _e46 = beta.y;
+            x_6[_e38] = dot(v_3, vec3((c_3.z * _e42), (c_3.z * _e46), -(sine_8)));
+            uint _e51 = k_9;
+            float _e55 = beta.x;
+            float _e59 = beta.y;
+            y_1[_e51] = ((v_3.y * _e55) - (v_3.x * _e59));
+            uint _e62 = k_9;
+            z[_e62] = dot(v_3, c_3);
         }
     }
-    cosine_7 = _e8.weight;
-    uint _e83 = map_uniforms.degree;
-    uint _e87 = map_uniforms.zonal;
-    uint columns_3 = ((_e87 == 1u) ? 0u : _e83);
+    cosine_7 = _e5.weight;
+    uint columns_3 = ((part_2.zonal == 1u) ? 0u : part_2.degree);
     bool loop_init_16 = true;
     while(true) {
         if (!loop_init_16) {
-            uint _e186 = q_1;
-            q_1 = (_e186 + 1u);
+            uint _e173 = q_1;
+            q_1 = (_e173 + 1u);
         }
         loop_init_16 = false;
-        uint _e93 = q_1;
-        if ((_e93 <= columns_3)) {
+        uint _e84 = q_1;
+        if ((_e84 <= columns_3)) {
         } else {
             break;
         }
         {
             below = vec4(0.0);
-            uint _e98 = q_1;
-            uint _e99 = q_1;
-            vec2 _e100 = harmonics_constant(_e98, _e99);
-            value_2 = vec4(_e100.x);
-            uint _e104 = q_1;
-            p_1 = _e104;
+            uint _e89 = q_1;
+            uint _e90 = q_1;
+            vec2 _e91 = harmonics_constant(_e89, _e90);
+            value_2 = vec4(_e91.x);
+            uint _e95 = q_1;
+            p_1 = _e95;
             bool loop_init_17 = true;
             while(true) {
                 if (!loop_init_17) {
-                    uint _e169 = p_1;
-                    p_1 = (_e169 + 1u);
+                    uint _e156 = p_1;
+                    p_1 = (_e156 + 1u);
                 }
                 loop_init_17 = false;
-                uint _e106 = p_1;
-                uint _e109 = map_uniforms.degree;
-                if ((_e106 <= _e109)) {
+                uint _e97 = p_1;
+                if ((_e97 <= part_2.degree)) {
                 } else {
                     break;
                 }
                 {
-                    uint _e111 = p_1;
-                    uint _e112 = q_1;
-                    if ((_e111 > _e112)) {
-                        uint _e114 = p_1;
-                        uint _e115 = q_1;
-                        vec2 _e116 = harmonics_constant(_e114, _e115);
-                        vec4 _e117 = z;
-                        vec4 _e118 = value_2;
-                        vec4 _e122 = below;
-                        vec4 next_3 = (((_e117 * _e118) * _e116.x) - (_e122 * _e116.y));
-                        vec4 _e126 = value_2;
-                        below = _e126;
+                    uint _e100 = p_1;
+                    uint _e101 = q_1;
+                    if ((_e100 > _e101)) {
+                        uint _e103 = p_1;
+                        uint _e104 = q_1;
+                        vec2 _e105 = harmonics_constant(_e103, _e104);
+                        vec4 _e106 = z;
+                        vec4 _e107 = value_2;
+                        vec4 _e111 = below;
+                        vec4 next_3 = (((_e106 * _e107) * _e105.x) - (_e111 * _e105.y));
+                        vec4 _e115 = value_2;
+                        below = _e115;
                         value_2 = next_3;
                     }
-                    uint _e129 = map_uniforms.zonal;
-                    if ((_e129 == 1u)) {
-                        vec3 _e132 = sum_8;
-                        uint _e133 = p_1;
+                    if ((part_2.zonal == 1u)) {
+                        vec3 _e119 = sum_8;
+                        uint _e120 = p_1;
+                        vec4 _e121 = value_2;
+                        vec4 _e122 = cosine_7;
+                        vec3 _e124 = local_shrm_row(part_2, _e5, _e120, (_e121 * _e122));
+                        sum_8 = (_e119 + _e124);
+                    } else {
+                        vec3 _e126 = sum_8;
+                        uint _e127 = p_1;
+                        uint _e128 = p_1;
+                        uint _e130 = p_1;
+                        uint _e132 = q_1;
                         vec4 _e134 = value_2;
                         vec4 _e135 = cosine_7;
-                        vec3 _e137 = local_shrm_row(_e8, _e133, (_e134 * _e135));
-                        sum_8 = (_e132 + _e137);
-                    } else {
-                        vec3 _e139 = sum_8;
-                        uint _e140 = p_1;
-                        uint _e141 = p_1;
-                        uint _e143 = p_1;
-                        uint _e145 = q_1;
-                        vec4 _e147 = value_2;
-                        vec4 _e148 = cosine_7;
-                        vec3 _e150 = local_shrm_row(_e8, (((_e140 * _e141) + _e143) + _e145), (_e147 * _e148));
-                        sum_8 = (_e139 + _e150);
-                        uint _e152 = q_1;
-                        if ((_e152 > 0u)) {
-                            vec3 _e155 = sum_8;
-                            uint _e156 = p_1;
-                            uint _e157 = p_1;
-                            uint _e159 = p_1;
-                            uint _e161 = q_1;
-                            vec4 _e163 = value_2;
-                            vec4 _e164 = sine;
-                            vec3 _e166 = local_shrm_row(_e8, (((_e156 * _e157) + _e159) - _e161), (_e163 * _e164));
-                            sum_8 = (_e155 + _e166);
+                        vec3 _e137 = local_shrm_row(part_2, _e5, (((_e127 * _e128) + _e130) + _e132), (_e134 * _e135));
+                        sum_8 = (_e126 + _e137);
+                        uint _e139 = q_1;
+                        if ((_e139 > 0u)) {
+                            vec3 _e142 = sum_8;
+                            uint _e143 = p_1;
+                            uint _e144 = p_1;
+                            uint _e146 = p_1;
+                            uint _e148 = q_1;
+                            vec4 _e150 = value_2;
+                            vec4 _e151 = sine;
+                            vec3 _e153 = local_shrm_row(part_2, _e5, (((_e143 * _e144) + _e146) - _e148), (_e150 * _e151));
+                            sum_8 = (_e142 + _e153);
                         }
                     }
                 }
             }
-            vec4 _e171 = cosine_7;
-            vec4 _e172 = x_6;
-            vec4 _e174 = sine;
-            vec4 _e175 = y_1;
-            vec4 turned_4 = ((_e171 * _e172) - (_e174 * _e175));
-            vec4 _e178 = cosine_7;
-            vec4 _e179 = y_1;
-            vec4 _e181 = sine;
-            vec4 _e182 = x_6;
-            sine = ((_e178 * _e179) + (_e181 * _e182));
+            vec4 _e158 = cosine_7;
+            vec4 _e159 = x_6;
+            vec4 _e161 = sine;
+            vec4 _e162 = y_1;
+            vec4 turned_4 = ((_e158 * _e159) - (_e161 * _e162));
+            vec4 _e165 = cosine_7;
+            vec4 _e166 = y_1;
+            vec4 _e168 = sine;
+            vec4 _e169 = x_6;
+            sine = ((_e165 * _e166) + (_e168 * _e169));
             cosine_7 = turned_4;
         }
     }
-    vec3 _e188 = sum_8;
-    return _e188;
+    vec3 _e175 = sum_8;
+    return _e175;
+}
+vec3 local_shrm_of_parts(Surface surface_6) {
+    vec3 sum_9 = vec3(0.0);
+    uint k_10 = 0u;
+    bool loop_init_18 = true;
+    while(true) {
+        if (!loop_init_18) {
+            uint _e27 = k_10;
+            k_10 = (_e27 + 1u);
+        }
+        loop_init_18 = false;
+        uint _e6 = k_10;
+        uint _e9 = map_uniforms.count;
+        if ((_e6 < _e9)) {
+        } else {
+            break;
+        }
+        {
+            vec3 _e11 = sum_9;
+            uint _e14 = k_10;
+            float _e17 = map_uniforms.parts[_e14].weight;
+            uint _e20 = k_10;
+            MapPart _e22 = map_uniforms.parts[_e20];
+            vec3 _e23 = local_shrm(surface_6, _e22);
+            sum_9 = (_e11 + (_e17 * _e23));
+        }
+    }
+    vec3 _e29 = sum_9;
+    return _e29;
 }
 #endif
 #if defined(MODE_CABRAL)
-vec3 cabral(Surface surface_6) {
+vec3 cabral(Surface surface_7, MapPart part_3) {
     vec3 points[12] = CABRAL_POINTS;
     uvec3 triangles[20] = CABRAL_TRIANGLES;
     uvec3 vertices = uvec3(0u);
     float most_1 = -4.0;
     uint triangle = 0u;
-    vec3 v_4 = surface_6.view;
-    bool loop_init_18 = true;
+    vec3 v_4 = surface_7.view;
+    bool loop_init_19 = true;
     while(true) {
-        if (!loop_init_18) {
-            uint _e36 = triangle;
-            triangle = (_e36 + 1u);
+        if (!loop_init_19) {
+            uint _e37 = triangle;
+            triangle = (_e37 + 1u);
         }
-        loop_init_18 = false;
-        uint _e13 = triangle;
-        if ((_e13 < 20u)) {
+        loop_init_19 = false;
+        uint _e14 = triangle;
+        if ((_e14 < 20u)) {
         } else {
             break;
         }
         {
-            uint _e16 = triangle;
-            uvec3 corners = triangles[_e16];
-            vec3 _e21 = points[corners.x];
-            vec3 _e25 = points[corners.y];
-            vec3 _e30 = points[corners.z];
-            float middle_3 = ((dot(_e21, v_4) + dot(_e25, v_4)) + dot(_e30, v_4));
-            float _e33 = most_1;
-            if ((middle_3 > _e33)) {
+            uint _e17 = triangle;
+            uvec3 corners = triangles[_e17];
+            vec3 _e22 = points[corners.x];
+            vec3 _e26 = points[corners.y];
+            vec3 _e31 = points[corners.z];
+            float middle_3 = ((dot(_e22, v_4) + dot(_e26, v_4)) + dot(_e31, v_4));
+            float _e34 = most_1;
+            if ((middle_3 > _e34)) {
                 vertices = corners;
                 most_1 = middle_3;
             }
         }
     }
-    uint _e39 = vertices.x;
-    vec3 a_2 = points[_e39];
-    uint _e43 = vertices.y;
-    vec3 b = points[_e43];
-    uint _e47 = vertices.z;
-    vec3 c_4 = points[_e47];
-    vec3 parts = max(vec3(dot(v_4, cross(b, c_4)), dot(v_4, cross(c_4, a_2)), dot(v_4, cross(a_2, b))), vec3(0.0));
-    vec3 shares = (parts / vec3(((parts.x + parts.y) + parts.z)));
-    uint _e69 = map_uniforms.edge;
-    uint _e72 = map_uniforms.centre;
-    vec3 _e73 = surface_central(surface_6, _e72);
-    Taps _e74 = cube_taps(_e69, _e73);
-    uint _e78 = vertices.x;
-    vec3 _e80 = cube_blend(map, _e74, (6u * _e78));
+    uint _e40 = vertices.x;
+    vec3 a_2 = points[_e40];
+    uint _e44 = vertices.y;
+    vec3 b = points[_e44];
+    uint _e48 = vertices.z;
+    vec3 c_4 = points[_e48];
+    vec3 volumes = max(vec3(dot(v_4, cross(b, c_4)), dot(v_4, cross(c_4, a_2)), dot(v_4, cross(a_2, b))), vec3(0.0));
+    vec3 shares = (volumes / vec3(((volumes.x + volumes.y) + volumes.z)));
+    vec3 _e70 = surface_central(surface_7, part_3.centre);
+    Taps _e71 = cube_taps(part_3.edge, _e70);
+    uint _e76 = vertices.x;
+    vec3 _e79 = cube_blend(map, _e71, (part_3.first + (6u * _e76)));
     uint _e86 = vertices.y;
-    vec3 _e88 = cube_blend(map, _e74, (6u * _e86));
-    uint _e95 = vertices.z;
-    vec3 _e97 = cube_blend(map, _e74, (6u * _e95));
-    return (((_e80 * shares.x) + (_e88 * shares.y)) + (_e97 * shares.z));
+    vec3 _e89 = cube_blend(map, _e71, (part_3.first + (6u * _e86)));
+    uint _e97 = vertices.z;
+    vec3 _e100 = cube_blend(map, _e71, (part_3.first + (6u * _e97)));
+    return (((_e79 * shares.x) + (_e89 * shares.y)) + (_e100 * shares.z));
+}
+vec3 cabral_of_parts(Surface surface_8) {
+    vec3 sum_10 = vec3(0.0);
+    uint k_11 = 0u;
+    bool loop_init_20 = true;
+    while(true) {
+        if (!loop_init_20) {
+            uint _e27 = k_11;
+            k_11 = (_e27 + 1u);
+        }
+        loop_init_20 = false;
+        uint _e6 = k_11;
+        uint _e9 = map_uniforms.count;
+        if ((_e6 < _e9)) {
+        } else {
+            break;
+        }
+        {
+            vec3 _e11 = sum_10;
+            uint _e14 = k_11;
+            float _e17 = map_uniforms.parts[_e14].weight;
+            uint _e20 = k_11;
+            MapPart _e22 = map_uniforms.parts[_e20];
+            vec3 _e23 = cabral(surface_8, _e22);
+            sum_10 = (_e11 + (_e17 * _e23));
+        }
+    }
+    vec3 _e29 = sum_10;
+    return _e29;
 }
 #endif
 #if defined(MODE_KAUTZ_MCCOOL)
-vec3 kautz_mccool(Surface surface_7) {
-    uint _e3 = map_uniforms.centre;
-    vec3 _e4 = surface_central(surface_7, _e3);
-    float _e10 = angles_angle(length(cross(_e4, surface_7.view)), dot(_e4, surface_7.view));
-    uint _e13 = map_uniforms.slices;
-    uint last_5 = (_e13 - 1u);
-    float position_1 = ((_e10 / 3.1415927) * float(last_5));
+vec3 kautz_mccool(Surface surface_9, MapPart part_4) {
+    vec3 _e3 = surface_central(surface_9, part_4.centre);
+    float _e9 = angles_angle(length(cross(_e3, surface_9.view)), dot(_e3, surface_9.view));
+    uint last_5 = (part_4.slices - 1u);
+    float position_1 = ((_e9 / 3.1415927) * float(last_5));
     uint low_2 = min(uint(position_1), last_5);
     uint high_2 = min((low_2 + 1u), last_5);
     float share_11 = (position_1 - float(low_2));
-    uint _e29 = map_uniforms.edge;
-    Taps _e30 = cube_taps(_e29, _e4);
-    vec3 _e34 = cube_blend(map, _e30, (6u * low_2));
-    vec3 _e38 = cube_blend(map, _e30, (6u * high_2));
-    return (_e34 + ((_e38 - _e34) * share_11));
+    Taps _e25 = cube_taps(part_4.edge, _e3);
+    vec3 _e31 = cube_blend(map, _e25, (part_4.first + (6u * low_2)));
+    vec3 _e37 = cube_blend(map, _e25, (part_4.first + (6u * high_2)));
+    return (_e31 + ((_e37 - _e31) * share_11));
+}
+vec3 kautz_mccool_of_parts(Surface surface_10) {
+    vec3 sum_11 = vec3(0.0);
+    uint k_12 = 0u;
+    bool loop_init_21 = true;
+    while(true) {
+        if (!loop_init_21) {
+            uint _e27 = k_12;
+            k_12 = (_e27 + 1u);
+        }
+        loop_init_21 = false;
+        uint _e6 = k_12;
+        uint _e9 = map_uniforms.count;
+        if ((_e6 < _e9)) {
+        } else {
+            break;
+        }
+        {
+            vec3 _e11 = sum_11;
+            uint _e14 = k_12;
+            float _e17 = map_uniforms.parts[_e14].weight;
+            uint _e20 = k_12;
+            MapPart _e22 = map_uniforms.parts[_e20];
+            vec3 _e23 = kautz_mccool(surface_10, _e22);
+            sum_11 = (_e11 + (_e17 * _e23));
+        }
+    }
+    vec3 _e29 = sum_11;
+    return _e29;
 }
 #endif
 #if defined(MODE_PREFILTERED)
-vec3 prefiltered(Surface surface_8) {
-    uint _e3 = map_uniforms.centre;
-    vec3 _e4 = surface_central(surface_8, _e3);
-    uint _e8 = map_uniforms.edge;
-    Taps _e9 = cube_taps(_e8, _e4);
-    vec3 _e11 = cube_blend(map, _e9, 0u);
-    float _e14 = map_uniforms.share;
-    if ((_e14 == 0.0)) {
-        return _e11;
+vec3 prefiltered(Surface surface_11, MapPart part_5) {
+    vec3 _e5 = surface_central(surface_11, part_5.centre);
+    Taps _e6 = cube_taps(part_5.edge, _e5);
+    vec3 _e8 = cube_blend(map, _e6, part_5.first);
+    return _e8;
+}
+vec3 prefiltered_of_parts(Surface surface_12) {
+    vec3 sum_12 = vec3(0.0);
+    uint k_13 = 0u;
+    bool loop_init_22 = true;
+    while(true) {
+        if (!loop_init_22) {
+            uint _e27 = k_13;
+            k_13 = (_e27 + 1u);
+        }
+        loop_init_22 = false;
+        uint _e6 = k_13;
+        uint _e9 = map_uniforms.count;
+        if ((_e6 < _e9)) {
+        } else {
+            break;
+        }
+        {
+            vec3 _e11 = sum_12;
+            uint _e14 = k_13;
+            float _e17 = map_uniforms.parts[_e14].weight;
+            uint _e20 = k_13;
+            MapPart _e22 = map_uniforms.parts[_e20];
+            vec3 _e23 = prefiltered(surface_12, _e22);
+            sum_12 = (_e11 + (_e17 * _e23));
+        }
     }
-    uint _e20 = map_uniforms.coarse_edge;
-    Taps _e21 = cube_taps(_e20, _e4);
-    vec3 _e23 = cube_blend(map, _e21, 6u);
-    float _e27 = map_uniforms.share;
-    return (_e11 + ((_e23 - _e11) * _e27));
+    vec3 _e29 = sum_12;
+    return _e29;
 }
 #endif
 #if defined(MODE_IRRADIANCE)
@@ -2689,22 +2788,22 @@ vec3 irradiance_row(uint row_10) {
     vec4 _e6 = texelFetch(map, ivec3(uvec2(row_10, 0u), 0), 0);
     return _e6.xyz;
 }
-vec3 irradiance(Surface surface_9) {
-    vec3 sum_9 = vec3(0.0);
+vec3 irradiance(Surface surface_13) {
+    vec3 sum_13 = vec3(0.0);
     float cosine_8 = 1.0;
     float sine_1 = 0.0;
     uint q_2 = 0u;
     float below_1 = 0.0;
     float value_3 = 0.0;
     uint p_2 = 0u;
-    vec3 n_5 = surface_9.normal;
-    bool loop_init_19 = true;
+    vec3 n_5 = surface_13.normal;
+    bool loop_init_23 = true;
     while(true) {
-        if (!loop_init_19) {
+        if (!loop_init_23) {
             uint _e91 = q_2;
             q_2 = (_e91 + 1u);
         }
-        loop_init_19 = false;
+        loop_init_23 = false;
         uint _e11 = q_2;
         if ((_e11 <= 2u)) {
         } else {
@@ -2718,13 +2817,13 @@ vec3 irradiance(Surface surface_9) {
             value_3 = _e18.x;
             uint _e21 = q_2;
             p_2 = _e21;
-            bool loop_init_20 = true;
+            bool loop_init_24 = true;
             while(true) {
-                if (!loop_init_20) {
+                if (!loop_init_24) {
                     uint _e74 = p_2;
                     p_2 = (_e74 + 1u);
                 }
-                loop_init_20 = false;
+                loop_init_24 = false;
                 uint _e23 = p_2;
                 if ((_e23 <= 2u)) {
                 } else {
@@ -2744,7 +2843,7 @@ vec3 irradiance(Surface surface_9) {
                         below_1 = _e41;
                         value_3 = next_4;
                     }
-                    vec3 _e42 = sum_9;
+                    vec3 _e42 = sum_13;
                     uint _e43 = p_2;
                     uint _e44 = p_2;
                     uint _e46 = p_2;
@@ -2752,10 +2851,10 @@ vec3 irradiance(Surface surface_9) {
                     vec3 _e50 = irradiance_row((((_e43 * _e44) + _e46) + _e48));
                     float _e51 = value_3;
                     float _e52 = cosine_8;
-                    sum_9 = (_e42 + (_e50 * (_e51 * _e52)));
+                    sum_13 = (_e42 + (_e50 * (_e51 * _e52)));
                     uint _e56 = q_2;
                     if ((_e56 > 0u)) {
-                        vec3 _e59 = sum_9;
+                        vec3 _e59 = sum_13;
                         uint _e60 = p_2;
                         uint _e61 = p_2;
                         uint _e63 = p_2;
@@ -2763,7 +2862,7 @@ vec3 irradiance(Surface surface_9) {
                         vec3 _e67 = irradiance_row((((_e60 * _e61) + _e63) - _e65));
                         float _e68 = value_3;
                         float _e69 = sine_1;
-                        sum_9 = (_e59 + (_e67 * (_e68 * _e69)));
+                        sum_13 = (_e59 + (_e67 * (_e68 * _e69)));
                     }
                 }
             }
@@ -2776,72 +2875,72 @@ vec3 irradiance(Surface surface_9) {
             cosine_8 = turned_5;
         }
     }
-    vec3 _e93 = sum_9;
+    vec3 _e93 = sum_13;
     return _e93;
 }
 #endif
 #if defined(MODE_MIRROR)
-vec3 mirror(Surface surface_10) {
-    vec3 _e3 = surface_central(surface_10, CENTRE_REFLECTION);
+vec3 mirror(Surface surface_14) {
+    vec3 _e3 = surface_central(surface_14, CENTRE_REFLECTION);
     vec3 _e4 = lat_long_sample(map, _e3);
     return _e4;
 }
 #endif
 #if defined(MODE_TAPS)
-vec3 taps_radiance(Surface surface_11);
+vec3 taps_radiance(Surface surface_15);
 #endif
 #if defined(SHOWS_MESH)
-vec3 shade_mode(Surface surface_12) {
+vec3 shade_mode(Surface surface_16) {
     {
 #ifdef MODE_LOCAL_SHRM
         {
-            vec3 _e2 = local_shrm(surface_12);
-            vec3 _e3 = lamps_added(surface_12, _e2);
+            vec3 _e2 = local_shrm_of_parts(surface_16);
+            vec3 _e3 = lamps_added(surface_16, _e2);
             return _e3;
         }
 #endif
 #ifdef MODE_CABRAL
         {
-            vec3 _e4 = cabral(surface_12);
+            vec3 _e4 = cabral_of_parts(surface_16);
             return _e4;
         }
 #endif
 #ifdef MODE_KAUTZ_MCCOOL
         {
-            vec3 _e5 = kautz_mccool(surface_12);
+            vec3 _e5 = kautz_mccool_of_parts(surface_16);
             return _e5;
         }
 #endif
 #ifdef MODE_PREFILTERED
         {
-            vec3 _e6 = prefiltered(surface_12);
-            vec3 _e7 = lamps_added(surface_12, _e6);
+            vec3 _e6 = prefiltered_of_parts(surface_16);
+            vec3 _e7 = lamps_added(surface_16, _e6);
             return _e7;
         }
 #endif
 #ifdef MODE_IRRADIANCE
         {
-            vec3 _e8 = irradiance(surface_12);
+            vec3 _e8 = irradiance(surface_16);
             return _e8;
         }
 #endif
 #ifdef MODE_MIRROR
         {
-            vec3 _e9 = mirror(surface_12);
+            vec3 _e9 = mirror(surface_16);
             return _e9;
         }
 #endif
 #ifdef MODE_TAPS
         {
-            vec3 _e10 = taps_radiance(surface_12);
-            vec3 _e11 = lamps_added(surface_12, _e10);
+            vec3 _e10 = taps_radiance(surface_16);
+            vec3 _e11 = lamps_added(surface_16, _e10);
             return _e11;
         }
 #endif
 #ifdef MODE_TABLE
         {
-            vec3 _e12 = table_reflected(surface_12);
-            vec3 _e13 = lamps_added(surface_12, _e12);
+            vec3 _e12 = table_reflected(surface_16);
+            vec3 _e13 = lamps_added(surface_16, _e12);
             return _e13;
         }
 #endif
@@ -2850,12 +2949,12 @@ vec3 shade_mode(Surface surface_12) {
         }
     }
 }
-vec3 mesh_radiance(PageVertex at_101, Surface surface_13, vec3 radiance_3) {
+vec3 mesh_radiance(PageVertex at_101, Surface surface_17, vec3 radiance_3) {
     {
 #ifdef TEXTURED
         {
             vec3 _e8 = texture_at_fragment(at_101.coordinates, at_101.position.w, 1.0);
-            vec3 _e10 = base_color(0u, _e8, radiance_3, surface_13);
+            vec3 _e10 = base_color(0u, _e8, radiance_3, surface_17);
             return _e10;
         }
 #endif

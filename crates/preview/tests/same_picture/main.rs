@@ -274,6 +274,19 @@ fn a_mesh_of_several_materials() {
     compared.finish();
 }
 
+#[test]
+fn a_map_of_each_part() {
+    let Some(mut compared) = Compared::new("a_map_of_each_part") else { return };
+    let modes = [Mode::LocalShrm, Mode::GlobalShrm, Mode::Cabral, Mode::KautzMcCool, Mode::Prefiltered];
+    for (name, look) in scenes::of_two_parts() {
+        let scene = Scene::of(Arc::new(mesh::shape("torus-knot").unwrap()), look);
+        for mode in modes {
+            compared.add(mode.name(), name, &scene, &shot(&scene, Show::One(mode)));
+        }
+    }
+    compared.finish();
+}
+
 /// Textures near and far, from outside and inside, in every mode that shows them and beside those that do
 /// not; and three objects, of which one has no texture.
 #[test]

@@ -10,7 +10,7 @@ use envmap::Environment;
 use mesh::Mesh;
 use preview::{CompactMap, CompactTaps, Light, Look, MapSizes, PrefilteredCube};
 use sh::{Degree, Expansion, Lighting, Stop, Transform};
-use shrm::Reflection;
+use shrm::{Lamps, Reflection};
 use sphere::{Cube, LatLong};
 use taps::{ScaleSpace, Widths, fit, fit_facets};
 use transfer::{Directions, Frames, LightField, Occluders, Transfer, TransferDegrees, precompute};
@@ -250,6 +250,37 @@ fn beside_lamps(pairs: &[(&str, Material, BrdfCoefficients)]) -> Vec<Named> {
         (format!("lamps {name}"), Arc::new(look))
     };
     pairs.iter().map(look).collect()
+}
+
+/// Lacquer under the second environment, with maps of its two parts, of degrees P that differ: alone, with
+/// the lamps beside the maps, and with the lamps in them.
+pub(crate) fn of_two_parts() -> [(&'static str, Arc<Look>); 3] {
+    let [_, (_, room), _] = environments();
+    let whole = Lighting { series: analysed(&room), lights: Vec::new() };
+    let separated = room.separate_lamps(Stop::NEVER).unwrap();
+    let apart = Lighting { series: analysed(&separated.soft), lights: separated.lights };
+    let parameters = StandardParameters { base_color: [0.7, 0.1, 0.1], roughness: 0.4, ..Default::default() };
+    let lacquer = Material::Standard(Standard::new(parameters).unwrap());
+    let look = |lighting: &Lighting| {
+        let reflected = |material: &Material, p: usize| {
+            let degrees = Choice::Degree { f: degree(F), p: degree(p) };
+            let coefficients = project(material, degrees, Stop::NEVER).unwrap().coefficients;
+            let reflection = Reflection::convolve(&lighting.series, &coefficients);
+            if lighting.lights.is_empty() {
+                return reflection;
+            }
+            reflection.with_lamps(Lamps { lights: lighting.lights.clone(), material: material.clone() })
+        };
+        let [diffuse, specular] = lacquer.split().unwrap();
+        let parts = [reflected(&diffuse, 1), reflected(&specular, P)];
+        let reflection = reflected(&lacquer, P).with_parts(parts);
+        let light = Arc::new(Light::new(room.clone(), Some(lighting.whole())));
+        Look::new(light, reflection, Some(lacquer.clone()), SIZES)
+    };
+    let degrees = vec![[degree(2), degree(2)], [degree(3), degree(P)]];
+    let baked = look(&apart).with_lamps_in_maps(true).with_degrees_in_view(Some(degrees));
+    [("lacquer", look(&whole)), ("beside lamps", look(&apart)), ("with lamps", baked)]
+        .map(|(name, look)| (name, Arc::new(look)))
 }
 
 /// The look of a material under an environment, both read from files.

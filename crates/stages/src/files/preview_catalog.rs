@@ -103,6 +103,8 @@ pub struct CatalogEntry {
     /// Whether the entry's spherical harmonic reflection maps are exported with the lamps in them, and none
     /// without.
     pub holds_lamps: bool,
+    /// Whether the entry's maps are exported as one for both parts of the material, and none as one of each.
+    pub joins_parts: bool,
     /// The items that export the entry and nothing else, in the manifest's order.
     pub exports: Vec<ItemIndex>,
     /// The items that the entry was made of, and the item itself, each after those that it needs.
@@ -128,6 +130,7 @@ impl CatalogEntry {
             turn: Rotation::IDENTITY,
             sizes: MapSizes::default(),
             holds_lamps: false,
+            joins_parts: false,
             exports: Vec::new(),
             ancestry: Vec::new(),
             maps: Vec::new(),
@@ -531,8 +534,11 @@ impl Connections {
         }
         let maps = ancestry.iter().copied().filter(|item| !sources.ancestry.contains(item)).collect();
         let exported = exports.iter().map(|export| ExportedMaps::of(&plan.stages[plan.items[*export].stage]));
-        let holds_lamps: Vec<bool> = exported.clone().filter_map(|maps| maps.holds_lamps).collect();
-        let holds_lamps = !holds_lamps.is_empty() && holds_lamps.into_iter().all(|holds| holds);
+        let all_say = |what: fn(ExportedMaps) -> Option<bool>| {
+            let said: Vec<bool> = exported.clone().filter_map(what).collect();
+            !said.is_empty() && said.into_iter().all(|is_so| is_so)
+        };
+        let [holds_lamps, joins_parts] = [all_say(|maps| maps.holds_lamps), all_say(|maps| maps.joins_parts)];
         let sizes = sizes(exported);
         Some(CatalogEntry {
             reflection,
@@ -545,6 +551,7 @@ impl Connections {
             turn,
             sizes,
             holds_lamps,
+            joins_parts,
             exports,
             ancestry,
             maps,

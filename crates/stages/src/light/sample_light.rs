@@ -51,7 +51,7 @@ use sampling::{Error, Irradiance, LightMasses, Method, Rig, rig, rig_within};
 use sh::{Degree, Expansion, Lighting};
 use shrm::Plain;
 
-use crate::values::{PlainName, SHARE, artifacts, percent, report_loss};
+use crate::values::{PlainName, SHARE, artifacts, percent, quantity, report_loss};
 
 choice! {
     /// How light is divided into regions.
@@ -136,7 +136,11 @@ impl Kind for SampleLight {
                     reporter.warn(format!("{found} lights instead of {count}: {why}"));
                 }
                 let error = Irradiance::of(&masses).error(&lights);
-                reporter.note(format!("{}: irradiance to {}", lights_text(lights.len()), percent(error)));
+                reporter.note(format!(
+                    "{}: irradiance to {}",
+                    quantity::count(lights.len(), "light"),
+                    percent(error)
+                ));
                 lights
             }
             OrAuto::Auto => {
@@ -145,7 +149,10 @@ impl Kind for SampleLight {
                 let Rig { lights, error, tried } = rig_within(&masses, tolerance, most, method);
                 let tried = tried.iter().map(|(count, error)| format!("{count}: {}", percent(*error)));
                 let tried = tried.collect::<Vec<_>>().join(", ");
-                reporter.note(format!("{}: error of the irradiance {tried}", lights_text(lights.len())));
+                reporter.note(format!(
+                    "{}: error of the irradiance {tried}",
+                    quantity::count(lights.len(), "light")
+                ));
                 if error > tolerance {
                     let (most, error) = (MOST_TRIED, percent(error));
                     reporter.warn(format!(
@@ -185,10 +192,6 @@ fn masses(parameters: &Parameters, inputs: &Inputs) -> Result<LightMasses, Failu
 /// A number of lights, of the range of `count`.
 fn number(count: usize) -> NonZeroU32 {
     u32::try_from(count).ok().and_then(NonZeroU32::new).unwrap_or(NonZeroU32::MIN)
-}
-
-fn lights_text(count: usize) -> String {
-    if count == 1 { "1 light".into() } else { format!("{count} lights") }
 }
 
 fn why(method: Method) -> &'static str {

@@ -168,7 +168,8 @@ impl Kind for ExportCabral {
             FileLayout::LatLong | FileLayout::Sphere => MapLayout::LatLong,
         };
         let edge = edge_of(parameters.resolution, layout);
-        Some(Box::new(ExportedMaps { edge, ..ExportedMaps::default() }))
+        let joins_parts = Some(parameters.parts == PartsName::Together);
+        Some(Box::new(ExportedMaps { edge, joins_parts, ..ExportedMaps::default() }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

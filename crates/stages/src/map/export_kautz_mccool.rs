@@ -105,7 +105,9 @@ impl Kind for ExportKautzMcCool {
 
     fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
         let edge = edge_of(parameters.resolution, MapLayout::LatLong);
-        Some(Box::new(ExportedMaps { edge, slices: Some(parameters.slices), ..ExportedMaps::default() }))
+        let joins_parts = Some(parameters.parts == PartsName::Together);
+        let slices = Some(parameters.slices);
+        Some(Box::new(ExportedMaps { edge, slices, joins_parts, ..ExportedMaps::default() }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

@@ -65,14 +65,16 @@
 //! function; Radiance and PNG cannot hold them: they become 0, with a warning. A `window` of `project-sh`
 //! prevents them.
 
+use std::any::Any;
+
 use engine::{Context, Failure, Kind, Output, Port, Product, Reporter, parameters};
 use shrm::degrees::BLACK_SHARE;
 use shrm::{Plain, Reflection};
 
 use super::map_pictures::{Layout, MapPictures, PictureFormat, endings, texels};
 use crate::values::{
-    Encoding, FileFormat, LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS, UntilStopped,
-    artifacts, parts, report_loss,
+    Encoding, ExportedMaps, FileFormat, LampsName, MAX_RESOLUTION, Numbers, PartsName, PlainName, STOPS,
+    UntilStopped, artifacts, parts, report_loss,
 };
 
 parameters! {
@@ -130,6 +132,11 @@ impl Kind for ExportReflectionMap {
             parameters.parts,
             endings(parameters.layout, parameters.format.container()),
         ))
+    }
+
+    fn details(parameters: &Parameters) -> Option<Box<dyn Any>> {
+        let joins_parts = Some(parameters.parts == PartsName::Together);
+        Some(Box::new(ExportedMaps { joins_parts, ..ExportedMaps::default() }))
     }
 
     fn check(parameters: &Parameters) -> Vec<(&'static str, String)> {

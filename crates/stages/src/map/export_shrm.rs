@@ -314,7 +314,7 @@ use super::map_source::MapSource;
 use super::shrm_file::{file, lamp_entries};
 use super::shrm_parameters::{EXPORT_SHRM, ShrmFormat, ShrmParameters};
 use crate::values::quantity::size;
-use crate::values::{ExportedMaps, FileFormat, LampsName, Resolution, edge_of, parts};
+use crate::values::{ExportedMaps, FileFormat, LampsName, PartsName, Resolution, edge_of, parts};
 
 /// The kind `export-shrm`.
 pub(crate) struct ExportShrm;
@@ -353,8 +353,9 @@ impl Kind for ExportShrm {
         let layout = parameters.layout.map_or(MapLayout::Cube, |name| name.0);
         Some(Box::new(ExportedMaps {
             edge: edge_of(parameters.resolution, layout),
-            slices: None,
             holds_lamps: Some(parameters.lamps == LampsName::Baked),
+            joins_parts: Some(parameters.parts == PartsName::Together),
+            ..ExportedMaps::default()
         }))
     }
 

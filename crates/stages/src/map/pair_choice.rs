@@ -5,7 +5,7 @@ use engine::{Failure, Reporter, choice};
 use taps::{Accuracy, AnyTable, ScaleSpace, Trade, Truth, widths_for};
 
 use super::degree_choice::Accept;
-use crate::values::UntilStopped;
+use crate::values::{UntilStopped, quantity};
 
 choice! {
     /// The lights beside the map of a pair.
@@ -62,11 +62,10 @@ pub(crate) fn choose<'a>(
     })?;
     let chosen = Trade::cheapest(&found, accept).ok_or_else(|| Failure::new("nothing was measured"))?;
     let Accuracy { p95, p99 } = chosen.accuracy;
-    let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     let text = format!(
         "{} and {}: 95 % of views are within {p95:.2} stops, 99 % within {p99:.2}",
-        of(chosen.taps, "tap"),
-        of(chosen.lights, "light"),
+        quantity::count(chosen.taps, "tap"),
+        quantity::count(chosen.lights, "light"),
     );
     if chosen.accuracy.excess(accept) <= 1.0 {
         reporter.note(text);

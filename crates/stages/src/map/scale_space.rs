@@ -47,7 +47,7 @@ use taps::{LightPoints, Widths};
 
 use super::compact::{RESOLUTION, scale_space_of};
 use crate::engines::nearest_power_of_two;
-use crate::values::{LIGHTS, LightCount, artifacts};
+use crate::values::{LIGHTS, LightCount, artifacts, quantity};
 
 /// The range of the edge of the finest level.
 const EDGES: std::ops::RangeInclusive<usize> = Widths::EDGES[0]..=Widths::EDGES[1];
@@ -104,7 +104,7 @@ impl Kind for ScaleSpaceOfLight {
         })?;
         let (space, found) = scale_space_of(environment, widths, parameters.lights, reporter)?;
         let kept = space.lights().len();
-        let of = |count: usize| if count == 1 { "1 light".to_owned() } else { format!("{count} lights") };
+        let of = |count| quantity::count(count, "light");
         let (edge, levels) = (widths.edge(), widths.len());
         reporter.note(match found - kept {
             0 => format!("{levels} levels from {edge} x {edge} on; {} separate", of(kept)),

@@ -1,7 +1,9 @@
 //! The parameters of `export-shrm`, and the maps that they ask for.
 
 use engine::{ExportedFiles, Failure, OrAuto, Parameters, Reporter, choice, parameters};
-use shrm::{MapLayout, Reflection, View};
+use serde_json::json;
+use sh::Degree;
+use shrm::{MapGrid, MapLayout, Reflection, View};
 
 use super::component_files::{Components, FormName};
 use super::degree_choice::{Accept, DegreeChoice, MAX_P};
@@ -150,7 +152,21 @@ pub(crate) struct PlannedMap<'a> {
     pub(crate) shape: MapShape,
 }
 
+/// The sizes of the maps that a stage makes of a reflection.
+pub(crate) struct ShrmSizes {
+    /// The texels along the edge of a cube that is as fine as the largest map.
+    pub(crate) edge: usize,
+    /// For each map its degree P, and that of the field that it is fitted to.
+    pub(crate) degrees_in_view: Vec<[Degree; 2]>,
+}
+
 impl ShrmSettings {
+    /// The settings of a stage without parameters.
+    pub(crate) fn of_default_stage() -> Option<Self> {
+        let parameters = ShrmParameters::from_canonical(&json!({}))?;
+        Some(Self { input: parameters.input(), parts: parameters.parts })
+    }
+
     /// The settings by which `export-shrm` makes a KTX2 file of halves if its parameters set nothing but the
     /// edge of the cube and whether the map holds the lamps.
     pub(crate) fn of_cube(edge: usize, lamps: LampsName) -> Self {
@@ -187,6 +203,11 @@ impl ShrmSettings {
         self.input.lamps
     }
 
+    /// Returns the settings with one map of a material that has two parts, or a map of each part.
+    pub(crate) fn with_parts_in_one_map(self, joins_parts: bool) -> Self {
+        Self { parts: if joins_parts { PartsName::Together } else { PartsName::Separate }, ..self }
+    }
+
     /// Returns the settings with another choice of P.
     pub(crate) fn with_degree(self, degree: DegreeChoice) -> Self {
         let small = self.input.small.map(|small| SmallMap { degree, ..small });
@@ -197,6 +218,22 @@ impl ShrmSettings {
     pub(crate) fn with_cube(self, edge: usize) -> Self {
         let (layout, resolution) = (Some(MapLayout::Cube), Some(Resolution::Fixed(edge)));
         Self { input: MapInput { layout, resolution, ..self.input }, ..self }
+    }
+
+    /// The sizes of the maps that the stage makes of a reflection.
+    ///
+    /// # Errors
+    /// If the stage makes no map of the reflection.
+    pub(crate) fn sizes(&self, reflection: &Reflection, reporter: &Reporter) -> Result<ShrmSizes, Failure> {
+        let maps = self.maps(reflection, reporter)?;
+        let edge = |map: &PlannedMap<'_>| match map.shape.grid {
+            MapGrid::Cube(cube) => cube.edge,
+            MapGrid::LatLong(grid) => grid.height.div_ceil(2),
+        };
+        Ok(ShrmSizes {
+            edge: maps.iter().map(edge).max().unwrap_or(1),
+            degrees_in_view: maps.iter().map(|map| [map.shape.p, map.shape.field]).collect(),
+        })
     }
 
     /// The maps that the stage makes of a reflection: one, or that of the diffuse part and that of the

@@ -23,6 +23,9 @@
 //! | matte white in its own shadow (`transfer`), of meshes that have one | `mesh` and `transfer` (`precompute-transfer` with `form = "matte"`) |
 //! | matte white (`irradiance`), perfect mirror (`mirror`) | `environment` |
 //!
+//! A material with a matte base under a highlight has a map of each part, whose light is added, unless the
+//! connected export has `parts = "together"`.
+//!
 //! A BRDF table holds a series of the light and of the material, up to its degree; suns and lamps that are
 //! beside the series of a `reflection` are added by the material's model.
 //!
@@ -65,10 +68,12 @@
 //! Texels are three channels of nine bits with a common exponent where that is within 0.01 stops, otherwise
 //! half floats; tables, lights and textures of base colours are exact. All is compressed. If the page would
 //! be larger than `size-limit`, forms are left out, those of the end of the table above first, and the page
-//! says which. A matte transfer is left out if its mesh would take more than a third of the page with it.
-//! The background and the mirror show at most `sky` rows of an environment, and fewer where skies would take
-//! more than a quarter of the page; reflections are made from all of it. Textures of base colours are means
-//! of their texels where they would take more than a third.
+//! says which. The first form of each pair stays: if those of all pairs do not fit, their cubes have a half
+//! of their texels along an edge, or a quarter, or an eighth. A matte transfer is left out if its mesh
+//! would take more than a third of the page with it. The background and the mirror show at most `sky` rows
+//! of an environment, and fewer where skies would take more than a quarter of the page; reflections are
+//! made from all of it. Textures of base colours are means of their texels where they would take more than
+//! a third.
 //!
 //! ## Files
 //!
@@ -80,21 +85,22 @@ mod meshes;
 mod pairs;
 mod pictures;
 mod reported;
+mod views;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use brdf::BaseColorTexture;
-use engine::{Context, ExportedFiles, Failure, Kind, Output, Port, Product, Steps, parameters};
+use engine::{Context, ExportedFiles, Failure, Kind, Output, Port, Product, parameters};
 use preview::{Light, Look, MapSizes, web};
-use preview_page::{Blobs, Document, EnvironmentEntry, Form, FormEntry, PairEntry};
-use rayon::prelude::*;
+use preview_page::{Blobs, Document, EnvironmentEntry, Form, PairEntry};
 
 use self::comparison::Comparison;
 use self::forms::{Forms, port};
 use self::meshes::Meshes;
 use self::pairs::{Pair, name, pairs};
 use self::reported::Reports;
+use self::views::Views;
 use crate::values::{artifacts, quantity};
 
 parameters! {
@@ -138,9 +144,10 @@ impl Kind for ExportPage {
     type Parameters = Parameters;
 
     const NAME: &'static str = "export-page";
-    const REVISION: u32 = 7;
+    const REVISION: u32 = 8;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
+        sh::revisions::WINDOW,
         sh::revisions::ROTATION,
         brdf::revisions::MODELS,
         shrm::revisions::SYNTHESIS,
@@ -220,47 +227,19 @@ impl Kind for ExportPage {
             .collect();
         add_meshes(&mut document, &mut blobs, &pairs, limit / TEXTURES, context)?;
 
-        let all: Vec<(usize, Form)> = Form::ALL
-            .into_iter()
-            .flat_map(|form| pairs.iter().enumerate().map(move |(place, pair)| (place, form, pair)))
-            .filter(|(_, form, pair)| forms.shows(*form, pair))
-            .map(|(place, form, _)| (place, form))
-            .collect();
         let of_pictures = if parameters.measure { pairs.len() * PICTURE_BYTES } else { 0 };
-        let room = limit.saturating_sub(PAGE_BYTES + of_pictures);
-        let steps = Steps::new(reporter, all.len() * if parameters.measure { 2 } else { 1 });
         let mut comparison = Comparison::new(reports, parameters.measure);
-        for some in all.chunks(2 * rayon::current_num_threads()) {
-            let made = some.par_iter().map(|&(place, form)| {
-                reporter.check_cancelled()?;
-                let pair = &pairs[place];
-                let made = forms.look(form, pair, &skies[pair.environment], reporter)?;
-                let view = web::WebView::of(&made.look, form.mode())?;
-                steps.step()?;
-                Ok(view.map(|view| (place, form, made, view)))
-            });
-            let made = made.collect::<Result<Vec<_>, Failure>>()?;
-            for (place, form, made, view) in made.into_iter().flatten() {
-                let pair = &pairs[place];
-                let (kept, cost) = (blobs.next(), view.cost);
-                let view = blobs.view(view);
-                if blobs.bytes() > room {
-                    let bytes = quantity::size(blobs.since(kept) as u64);
-                    document.left_out.push(format!("{} as {}: {bytes}", pair.title(), form.label()));
-                    blobs.forget(kept);
-                    if parameters.measure {
-                        steps.step()?;
-                    }
-                    continue;
-                }
-                let mut entry = FormEntry::new(document.form(form), view, cost);
-                comparison.add(&mut entry, pair, form, made, &steps)?;
-                if parameters.measure {
-                    steps.step()?;
-                }
-                document.pairs[place].views.push(entry);
-            }
-        }
+        let mut views = Views {
+            forms: &forms,
+            pairs: &pairs,
+            skies: &skies,
+            document: &mut document,
+            blobs: &mut blobs,
+            comparison: &mut comparison,
+            room: limit.saturating_sub(PAGE_BYTES + of_pictures),
+            reporter,
+        };
+        views.add_all()?;
         if let [first, more @ ..] = &document.left_out[..] {
             let more = if more.is_empty() { String::new() } else { format!(", and {} more", more.len()) };
             reporter.warn(format!(

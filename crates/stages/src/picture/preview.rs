@@ -34,8 +34,8 @@
 //! | `global-shrm` | the global SHRM, evaluated once per frame into a reflection map for a distant viewer, and the lamps |
 //! | `cabral` | Cabral's twelve maps, blended by the view |
 //! | `kautz-mccool` | Kautz and McCool's texture, by the angle to the view |
-//! | `prefiltered` | one reflection map, the mean over all views |
-//! | `irradiance` | nine coefficients of the light, for a white matte surface |
+//! | `prefiltered` | the plain reflection map, the mean over all views |
+//! | `irradiance` | nine coefficients of the light, for a white matte surface, with the least window that leaves nothing negative |
 //! | `mirror` | the environment, for a perfect mirror |
 //! | `brute-force` | the sum of all light: `light-samples` samples at every sample of a pixel; needs `material` |
 //! | `table` | a BRDF table at every pixel, under the light at the vertices; needs `table` (`tabulate-brdf`) |
@@ -43,6 +43,9 @@
 //! | `shadowed-brute-force` | the sum of all light that the mesh does not block, with traced shadows; needs `material` |
 //! | `samples` | none: a diagram of the points that importance sampling draws; needs `reflection` or `material` |
 //! | `taps` | a few look-ups into the blurred light at every pixel, and the lights beside it; needs `scale-space` (`scale-space`) and `taps` (`fit-taps`) |
+//!
+//! A material with a matte base under a highlight has a map of each part in the first five modes, each about
+//! its own direction, as the files of the exports have by default. What both show is added.
 //!
 //! If `material` has the texture of a glTF file, a connected `mesh` is shown with it, by its own coordinates:
 //! connect the mesh of the same file. The maps are those of the texture's mean; each sample changes their
@@ -75,8 +78,8 @@
 //! Separate suns and lamps (see `project-sh`) are not in the local and the global SHRM: the material of the
 //! reflection adds each of them at every sample, as an engine can do with files of `export-shrm` with
 //! `lamps = "separate"`; before that, negative values of a map become 0. With `lamps = "baked"` the two
-//! maps include them, as the files of `export-shrm` do by default. The maps of `cabral`, `kautz-mccool` and
-//! `prefiltered` contain all light, as their exports do.
+//! maps include them, as the files of `export-shrm` do by default, with the degrees P of those. The maps of
+//! `cabral`, `kautz-mccool` and `prefiltered` contain all light, as their exports do.
 //!
 //! `taps` looks like a renderer that reads the files of `export-taps`, in 32-bit numbers. Connect the scale
 //! space of `environment` and the taps of the material. The material itself reflects the separate lights of
@@ -329,14 +332,16 @@ impl Kind for Preview {
     type Parameters = Parameters;
 
     const NAME: &'static str = "preview";
-    const REVISION: u32 = 8;
+    const REVISION: u32 = 9;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
+        sh::revisions::WINDOW,
         sh::revisions::ROTATION,
         brdf::revisions::MODELS,
         shrm::revisions::SYNTHESIS,
         shrm::revisions::RESAMPLING,
         shrm::revisions::BAKING,
+        shrm::revisions::DEGREES,
         envmap::revisions::RESAMPLING,
         transfer::revisions::SHADING,
         probes::revisions::BLEND,

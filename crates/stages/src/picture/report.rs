@@ -319,7 +319,7 @@ impl Kind for ReportKind {
     type Parameters = Parameters;
 
     const NAME: &'static str = "report";
-    const REVISION: u32 = 10;
+    const REVISION: u32 = 11;
     const KERNELS: &'static [u32] = &[
         sh::revisions::TRANSFORM,
         sh::revisions::ROTATION,

@@ -12,6 +12,8 @@ pub struct ExportedMaps {
     pub slices: Option<usize>,
     /// Whether the map itself holds the lamps that are beside a reflection, with the error of doing so.
     pub holds_lamps: Option<bool>,
+    /// Whether one map holds both parts of a material that has two.
+    pub joins_parts: Option<bool>,
 }
 
 impl ExportedMaps {

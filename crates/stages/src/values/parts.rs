@@ -2,7 +2,7 @@
 //! the reflection vector, so that an export writes a map for each.
 
 use brdf::Part;
-use engine::{Failure, Output, Reporter, Steps, choice};
+use engine::{ExportedFiles, Failure, Output, Reporter, Steps, choice};
 use shrm::Reflection;
 
 choice! {
@@ -13,6 +13,11 @@ choice! {
         /// One for both, about the reflection vector.
         Together = "together",
     }
+}
+
+/// Whether one exported map holds both parts of a material that has two.
+pub(crate) fn are_together(files: &ExportedFiles) -> bool {
+    files.parameters["parts"] == "together"
 }
 
 /// The prefix of the endings of the diffuse part's files.

@@ -1,4 +1,4 @@
-//! Sizes and ticks, as the report, the contact sheet and the command line show them.
+//! Sizes, numbers of things and ticks, as the report, the contact sheet and the command line show them.
 
 /// Writes a size in powers of 1000: `12 B`, `3.4 MB`.
 pub fn size(bytes: u64) -> String {
@@ -12,6 +12,11 @@ pub fn size(bytes: u64) -> String {
         (size, unit) = (size / 1000.0, next);
     }
     if unit == "B" { format!("{bytes} B") } else { format!("{size:.1} {unit}") }
+}
+
+/// Writes a number of things: `1 light`, `3 lights`.
+pub fn count(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Round numbers from 0 to `last`, at most `most` steps of 1, 2 or 5 times a power of ten.
@@ -29,6 +34,11 @@ mod tests {
     fn sizes_are_never_1000_of_a_unit() {
         let found = [999, 1000, 999_949, 999_950, 196_608, 1_769_472].map(size);
         assert_eq!(found, ["999 B", "1.0 kB", "999.9 kB", "1.0 MB", "196.6 kB", "1.8 MB"]);
+    }
+
+    #[test]
+    fn one_thing_is_no_plural() {
+        assert_eq!([0, 1, 2].map(|number| count(number, "tap")), ["0 taps", "1 tap", "2 taps"]);
     }
 
     #[test]

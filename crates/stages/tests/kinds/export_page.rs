@@ -5,10 +5,12 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use brdf::{BaseColorTexture, Standard, StandardParameters, TexturePlacement, Wrap};
 use engine::Output;
 use mesh::MaterialRange;
-use serde_json::Value;
+use serde_json::{Value, json};
 use stages::artifacts::{BrdfTable, Material, Mesh, Reflection, ScaleSpace, Taps, Transfer};
 
 use crate::fixture::{Case, case, environment, lambert, phong, reflection, sky};
+use crate::parts::reflected_under;
+use crate::small_maps::lighting;
 use crate::taps::{fit_taps, scale_space};
 use crate::vertices::{pit, table};
 
@@ -123,6 +125,67 @@ fn a_page_that_would_be_too_large_says_what_it_leaves_out() {
     assert!(left.iter().all(|line| line.as_str().unwrap().starts_with("copper under day as ")), "{left:?}");
     let warnings = case.run().unwrap().warnings;
     assert!(warnings.iter().any(|line| line.contains("larger than 0.44 MB")), "{warnings:?}");
+}
+
+/// A page has as many coefficients and texels of an SHRM as the exported files: of a metal and of both parts
+/// of a lacquer, under a sun in the map and beside it.
+#[test]
+fn an_shrm_is_as_large_as_that_of_the_files() {
+    let metal = StandardParameters { metallic: 1.0, roughness: 0.4, ..Default::default() };
+    let lacquer = StandardParameters { roughness: 0.4, ..Default::default() };
+    for (parameters, maps) in [(metal, 1), (lacquer, 2)] {
+        let material = brdf::Material::Standard(Standard::new(parameters).unwrap());
+        let reflection = reflected_under(lighting(true), material, "");
+        for lamps in ["baked", "separate"] {
+            let parameters = format!("layout = \"cube\"\nformat = \"ktx2\"\nlamps = \"{lamps}\"");
+            let exported = case("export-shrm", &parameters).input("reflection", reflection.clone());
+            let (files, bytes) = exported.exported();
+            let textures = bytes.iter().filter_map(|bytes| containers::read_ktx2(bytes).ok());
+            let textures: Vec<_> = textures.collect();
+            assert_eq!(textures.len(), maps);
+            let pair = [DAY[0], ("material", "it")];
+            let case = case("export-page", "measure = false")
+                .keyed_input("environment", &DAY, environment(64, sky))
+                .keyed_input("shrm", &pair, files)
+                .keyed_input::<Reflection>("reflection", &pair, reflection.clone());
+            let view = &read(&case).1["pairs"][0]["views"][0];
+            let layers: usize = textures.iter().map(|texture| 6 * texture.layers).sum();
+            let edge = textures.iter().map(|texture| texture.width).max().unwrap();
+            assert_eq!(
+                view["textures"]["map"]["size"],
+                json!([edge, edge, layers]),
+                "{lamps} {}",
+                view["note"]
+            );
+            assert_eq!(view["uniforms"]["map_uniforms.count"].as_f64(), Some(maps as f64));
+        }
+    }
+}
+
+/// An SHRM alone that would not fit has a half or a quarter of its texels along an edge, and is there.
+#[test]
+fn the_only_form_of_a_pair_is_made_smaller() {
+    let reflection = reflection(phong(20.0), 4);
+    let exported = case("export-shrm", "layout = \"cube\"\nresolution = 256\nformat = \"ktx2\"");
+    let (files, _) = exported.input("reflection", reflection.clone()).exported();
+    let edge = |limit: &str| {
+        let pair = [DAY[0], ("material", "copper")];
+        let case = case("export-page", &format!("size-limit = {limit}\nmeasure = false"))
+            .keyed_input("environment", &DAY, environment(64, sky))
+            .keyed_input("shrm", &pair, files.clone())
+            .keyed_input::<Reflection>("reflection", &pair, reflection.clone());
+        let (text, data) = read(&case);
+        assert!(text.len() as f64 <= limit.parse::<f64>().unwrap() * 1e6, "{limit}: {}", text.len());
+        assert_eq!(forms(&data), ["local-shrm", "irradiance", "mirror"], "{limit}");
+        let view = &data["pairs"][0]["views"][0];
+        let edge = view["textures"]["map"]["size"][0].as_u64().unwrap();
+        assert_eq!(view["uniforms"]["map_uniforms.parts[0].edge"].as_f64(), Some(edge as f64));
+        let says = format!("{edge} texels along an edge here, not 256");
+        assert_eq!(view["note"].as_str().unwrap().contains(&says), edge < 256, "{view}");
+        assert_eq!(data["left_out"].to_string().contains("reflections in more than 1/"), edge < 256);
+        edge
+    };
+    assert_eq!(["0.55", "0.44", "0.41"].map(edge), [256, 128, 64]);
 }
 
 /// Twenty photographs and one material: the skies are small, and the material is there.

@@ -3,7 +3,7 @@
 use containers::tensors::DegreeSource;
 use shrm::frame;
 use sphere::{Direction, LatLong};
-use stages::artifacts::{Brdf, Material, Reflection};
+use stages::artifacts::{Brdf, Lighting, Material, Reflection};
 
 use crate::fixture::{Case, Ran, case, environment, lambert, phong, pixels, sky, sky_lighting};
 
@@ -13,8 +13,13 @@ pub(crate) fn lacquer() -> brdf::Material {
 }
 
 fn reflected(material: brdf::Material, degrees: &str) -> Reflection {
+    reflected_under(sky_lighting(), material, degrees)
+}
+
+/// The reflection of a light, off a material to these degrees.
+pub(crate) fn reflected_under(lighting: Lighting, material: brdf::Material, degrees: &str) -> Reflection {
     let brdf = case("project-brdf", degrees).input("material", Material(material)).artifact::<Brdf>();
-    let convolved = case("convolve", "").input("lighting", sky_lighting()).input("brdf", (*brdf).clone());
+    let convolved = case("convolve", "").input("lighting", lighting).input("brdf", (*brdf).clone());
     (*convolved.artifact::<Reflection>()).clone()
 }
 

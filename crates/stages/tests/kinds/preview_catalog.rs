@@ -211,15 +211,23 @@ fn the_sizes_of_maps_are_those_that_exports_fix() {
         let MapSizes { edge, slices } = catalog.entry("east", "gold").unwrap().unwrap().sizes;
         (edge, slices)
     };
-    let holds_lamps = |stages: &str| {
+    let entry = |stages: &str| {
         let catalog = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
-        catalog.entry("east", "gold").unwrap().unwrap().holds_lamps
+        catalog.entry("east", "gold").unwrap().unwrap().clone()
     };
+    let holds_lamps = |stages: &str| entry(stages).holds_lamps;
+    let joins_parts = |stages: &str| entry(stages).joins_parts;
     let stage = |name: &str, more: &str| {
         format!("[stage.{name}]\nkind = \"export-{name}\"\ninput = \"reflection\"\n{more}\n")
     };
     let beside = stage("shrm", "lamps = \"separate\"");
     assert!(!holds_lamps("") && holds_lamps(&stage("shrm", "lamps = \"baked\"")) && !holds_lamps(&beside));
+    for kind in ["shrm", "cabral", "kautz-mccool", "reflection-map"] {
+        let together = stage(kind, "parts = \"together\"");
+        assert!(joins_parts(&together) && !joins_parts(&stage(kind, "")), "{kind}");
+    }
+    let one_of_two = stage("shrm", "parts = \"together\"") + &stage("cabral", "");
+    assert!(!joins_parts("") && !joins_parts(&one_of_two));
     assert_eq!(sizes(""), (64, 16));
     assert_eq!(sizes(&stage("shrm", "resolution = 24")), (24, 16));
     assert_eq!(sizes(&stage("shrm", "resolution = 25\nlayout = \"lat-long\"")), (13, 16));
@@ -256,7 +264,7 @@ fn a_scene_is_read_from_the_last_build_and_stays_the_same_value_until_its_parts_
     assert!(look.material().is_some());
     let file = (0..2).find_map(|file| results.file_digest(entry("gold").exports[0], file)).unwrap();
     let file = containers::tensors::decode_shrm(&results.read_file(file).unwrap()).unwrap();
-    let p = |look: &Look| look.local().unwrap().p().get();
+    let p = |look: &Look| look.local().unwrap().iter().map(|map| map.p().get()).max().unwrap();
     assert_eq!((file.p().get(), p(look), look.reflection().unwrap().brdf().p().get()), (0, 0, 1));
     let facts = catalog.facts(&results, &entry("gold"));
     assert_eq!(facts.exports.len(), 1);

@@ -17,7 +17,7 @@ fn metal(roughness: f64) -> brdf::Material {
 }
 
 /// Light of a contrast that a cut in P shows, with a sun beside it if that is asked for.
-fn lighting(sunny: bool) -> Lighting {
+pub(crate) fn lighting(sunny: bool) -> Lighting {
     let degree = Degree::new(24).unwrap();
     let mut series = Expansion::zero(degree);
     series.coefficients_mut()[0] = [1.0; 3];

@@ -69,6 +69,39 @@ fn the_shrm_modes_show_the_reflected_field() {
     assert!(count > 200);
 }
 
+/// A matte base under a highlight has a map of each part, each about its own direction: it looks like the sum
+/// of what has the one and what has the other map alone. One map of both does not.
+#[test]
+fn a_map_of_each_part_shows_the_sum_of_both() {
+    let light = light(32, uneven);
+    let lacquer = Material::layers(vec![lambert(0.6), microfacet(0.4)]).unwrap();
+    let of = |material: &Material| look(&light, material, [6, 4]).reflection().unwrap().clone();
+    let parts = lacquer.split().unwrap().map(|part| of(&part));
+    let scene = |reflection: Reflection, is_one: bool| {
+        let sizes = MapSizes { edge: 32, slices: 16 };
+        let look = Look::new(Arc::clone(&light), reflection, Some(lacquer.clone()), sizes);
+        Scene::of(sphere(), Arc::new(look.with_parts_in_one_map(is_one)))
+    };
+    let [diffuse, specular] = parts.each_ref().map(|part| scene(part.clone(), false));
+    let [both, one] = [false, true].map(|is_one| scene(of(&lacquer).with_parts(parts.clone()), is_one));
+    let modes = [Mode::LocalShrm, Mode::GlobalShrm, Mode::Cabral, Mode::KautzMcCool, Mode::Prefiltered];
+    for mode in modes {
+        let shot = shot([50, 50], Show::One(mode));
+        let [diffuse, specular, both, one] =
+            [&diffuse, &specular, &both, &one].map(|scene| render(scene, &shot).radiance);
+        let (mut count, mut apart) = (0, 0.0_f32);
+        for (place, found) in both.iter().enumerate().filter(|(_, found)| found[3] > 0.0) {
+            for channel in 0..3 {
+                let expected = diffuse[place][channel] + specular[place][channel];
+                assert!((found[channel] - expected).abs() < 1e-5, "{mode:?}: {} {expected}", found[channel]);
+                apart = apart.max((one[place][channel] - expected).abs());
+            }
+            count += 1;
+        }
+        assert!(count > 1000 && apart > 0.05, "{mode:?}: {count} {apart}");
+    }
+}
+
 /// Rotating the light in the shot equals rotating its coefficients. Coefficients rotate exactly; the maps
 /// have other texels, as above. Cabral's views rotate with the light, and coincide after a fifth of a turn
 /// about the pole.

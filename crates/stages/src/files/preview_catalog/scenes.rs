@@ -62,15 +62,15 @@ enum MeshKey {
 /// The inputs that a light is made from: environment, lighting, turn, added lights.
 type LightKey = (Digest, Option<Digest>, [u64; 9], Vec<Digest>);
 /// The inputs that a look is made from: light, reflection, material, table and light field, scale space and
-/// taps, sizes, whether its maps hold the lamps and it has the material's texture, and the parameters of the
-/// stage that exports its SHRM.
+/// taps, sizes, whether its maps hold the lamps and both parts, and it has the material's
+/// texture, and the parameters of the stage that exports its SHRM.
 type LookKey = (
     LightKey,
     Option<Digest>,
     Option<Digest>,
     [Option<Digest>; 2],
     Option<[Digest; 2]>,
-    (MapSizes, [bool; 2], Option<Digest>),
+    (MapSizes, [bool; 3], Option<Digest>),
 );
 
 /// What the parts of a mesh are made from: the mesh, its transfer, its blend, and the part of each of its
@@ -320,7 +320,7 @@ impl SceneCache {
         let reflection_digest = reflection.as_ref().map(|reflection| reflection.digest());
         let shrm = exported_shrm(plan, entry);
         let of_shrm = shrm.as_ref().map(|files| Digest::of(files.parameters.to_string().as_bytes()));
-        let kept = (entry.sizes, [entry.holds_lamps, has_texture], of_shrm);
+        let kept = (entry.sizes, [entry.holds_lamps, entry.joins_parts, has_texture], of_shrm);
         let is_same =
             |(_, of, .., sizes): &LookKey| of.is_some() && *of == reflection_digest && *sizes == kept;
         if !is_made
@@ -370,8 +370,9 @@ impl SceneCache {
                 Look::from_map(light, map, material, entry.sizes)
             } else {
                 let reflection = reflection.get::<artifacts::Reflection>()?.0.clone();
-                let degrees = shrm.and_then(|files| degrees_in_view(&files, &reflection, entry.sizes.edge));
+                let degrees = shrm.and_then(|files| degrees_in_view(&files, &reflection, entry.joins_parts));
                 let look = Look::new(light, reflection, material, entry.sizes);
+                let look = look.with_parts_in_one_map(entry.joins_parts);
                 look.with_lamps_in_maps(entry.holds_lamps).with_degrees_in_view(degrees)
             };
             let look = look.with_base_color(texture.flatten()).with_compact_map(compact_map);
@@ -493,12 +494,14 @@ fn exported_shrm(plan: &Plan, entry: &CatalogEntry) -> Option<ExportedFiles> {
     files.find(|files| matches!(ShrmSettings::of_files(files), Ok(Some(_))))
 }
 
-/// The degree P that an exported SHRM has, on a cube of this edge, and that of the field that lamps are
-/// fitted with; of two maps, one of each part of a material, those of the higher P.
-fn degrees_in_view(files: &ExportedFiles, reflection: &Reflection, edge: usize) -> Option<[Degree; 2]> {
-    let settings = ShrmSettings::of_files(files).ok()??.with_cube(edge);
-    let maps = settings.maps(reflection, &Reporter::default()).ok()?;
-    maps.iter().map(|map| [map.shape.p, map.shape.field]).max()
+/// The degrees in the view of an exported SHRM, as one map or as one of each part of the material.
+fn degrees_in_view(
+    files: &ExportedFiles,
+    reflection: &Reflection,
+    joins_parts: bool,
+) -> Option<Vec<[Degree; 2]>> {
+    let settings = ShrmSettings::of_files(files).ok()??.with_parts_in_one_map(joins_parts);
+    Some(settings.sizes(reflection, &Reporter::default()).ok()?.degrees_in_view)
 }
 
 /// The failure of a light that no picture can show.

@@ -28,6 +28,17 @@ impl Comparison {
         Self { reports, draws, pictures: Pictures::default(), reported: 0, missed: 0, measured: 0 }
     }
 
+    /// Whether forms are drawn.
+    pub(crate) fn draws(&self) -> bool {
+        self.draws
+    }
+
+    /// Forgets all forms, and nothing that they were compared with.
+    pub(crate) fn forget(&mut self) {
+        self.pictures.forget_shown();
+        (self.reported, self.missed, self.measured) = (0, 0, 0);
+    }
+
     /// Adds to a form how far it is off, the size of its files, and what a reader ought to know.
     pub(crate) fn add(
         &mut self,
@@ -37,17 +48,18 @@ impl Comparison {
         made: FormLook,
         steps: &Steps<'_>,
     ) -> Result<(), Failure> {
-        let reported = self.reports.form(form, pair, &made);
-        (entry.bytes, entry.note) = (made.bytes, made.note);
+        let reported = (!made.is_smaller).then(|| self.reports.form(form, pair, &made)).flatten();
+        let mut notes = made.notes;
+        entry.bytes = made.bytes;
         if let Some(reported) = reported {
             self.reported += 1;
             entry.error = Some(reported.error);
             entry.bytes = entry.bytes.or(reported.bytes);
-            let separator = if entry.note.is_empty() { "" } else { "; " };
-            entry.note += &format!("{separator}the report measured {}", reported.texture);
+            notes.push(format!("the report measured {}", reported.texture));
         } else if port(form).is_some() {
             self.missed += 1;
         }
+        entry.note = notes.join("; ");
         if self.draws && form.shows_material() && pair.material.is_some() {
             let look = Arc::new(made.look);
             self.pictures.show(pair, form, &look, steps)?;

@@ -31,6 +31,11 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
+    /// Forgets the forms that readers see.
+    pub(crate) fn forget_shown(&mut self) {
+        self.shown.clear();
+    }
+
     /// Draws the first form of each pair for readers.
     pub(crate) fn show(
         &mut self,

@@ -91,7 +91,7 @@ impl Reports {
     /// What the first report that measured a form of a pair says of it.
     pub(crate) fn form(&self, form: Form, pair: &Pair, look: &FormLook) -> Option<ReportedForm> {
         self.0.iter().find_map(|report| {
-            let export = report.pair(pair)?.export(form, look.has_lamps_in_map)?;
+            let export = report.pair(pair)?.export(form, look)?;
             let is_own = look.export.is_none_or(|files| report.used_at_any(files));
             let error = FormError { p95: export.p95, p99: export.p99, by: MeasuredBy::Report };
             is_own.then(|| ReportedForm { error, bytes: export.file, texture: export.texture.clone() })
@@ -140,12 +140,14 @@ impl Report {
 }
 
 impl ReportedPair {
-    /// The export of a form; in light without lamps an SHRM with them in it is the one without.
-    fn export(&self, form: Form, has_lamps_in_map: bool) -> Option<&ReportedExport> {
+    /// The export of a form; in light without lamps an SHRM with them in it is the one without. Only plain
+    /// maps of each part of a material have a method of their own.
+    fn export(&self, form: Form, look: &FormLook) -> Option<&ReportedExport> {
         let of = |method: &str| self.exports.iter().find(|export| export.method == method);
         match form {
             Form::Compact => of("taps"),
-            Form::Shrm if has_lamps_in_map => of("shrm"),
+            Form::Plain if look.has_map_of_each_part => of("part-maps"),
+            Form::Shrm if look.has_lamps_in_map => of("shrm"),
             Form::Shrm => of("shrm-separate").or_else(|| of("shrm")),
             Form::Cabral => of("cabral"),
             Form::KautzMcCool => of("kautz-mccool"),

@@ -9,6 +9,7 @@ use preview::{CompactMap, Look, MapSizes, Mode, Scene};
 use super::probes_at_places::ProbesAtPlaces;
 use super::values::BuiltInMesh;
 use crate::light::{light, light_mismatch};
+use crate::map::ShrmSettings;
 use crate::values::{artifacts, blend};
 
 /// What a scene is made of beside the inputs.
@@ -72,7 +73,14 @@ pub(super) fn scene(settings: &SceneSettings, context: &Context<'_>) -> Result<S
             if let Some(difference) = light_mismatch::difference(light.environment(), &reflection) {
                 context.reporter.warn(difference);
             }
-            Look::new(light, reflection, material, sizes).with_lamps_in_maps(settings.holds_lamps)
+            let holds_lamps = settings.holds_lamps && reflection.lamps().is_some();
+            let has_shrm =
+                settings.modes.iter().any(|mode| matches!(mode, Mode::LocalShrm | Mode::GlobalShrm));
+            let exported = ShrmSettings::of_default_stage().filter(|_| holds_lamps && has_shrm);
+            let sizes_of = |settings: ShrmSettings| settings.sizes(&reflection, &context.reporter);
+            let degrees = exported.map(sizes_of).transpose()?.map(|sizes| sizes.degrees_in_view);
+            let look = Look::new(light, reflection, material, sizes);
+            look.with_lamps_in_maps(holds_lamps).with_degrees_in_view(degrees)
         }
         None => Look::of_light(light, material, sizes),
     };

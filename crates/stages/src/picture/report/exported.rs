@@ -7,7 +7,7 @@ use engine::{ExportedFiles, Failure, Inputs, ItemKey};
 
 use crate::map::ShrmSettings;
 use crate::picture::report::figures::{FileSizes, Method};
-use crate::values::LampsName;
+use crate::values::{LampsName, parts};
 
 /// What the pipeline exports of a pair.
 #[derive(Clone, Copy, Debug, Default)]
@@ -113,7 +113,7 @@ fn held(connected: Method, files: &ExportedFiles) -> Result<(Method, Option<Shrm
         }
         // A stage that writes a map of each part leaves that of the diffuse one, the first half of its files,
         // out if the material has no parts.
-        Method::ReflectionMap if files.parameters["parts"] == "separate" => {
+        Method::ReflectionMap if !parts::are_together(files) => {
             let diffuse = &files.bytes[..files.bytes.len() / 2];
             let has_parts = diffuse.iter().any(|bytes| *bytes > 0);
             Ok((if has_parts { Method::PartMaps } else { connected }, None))

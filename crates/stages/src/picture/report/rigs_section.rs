@@ -8,7 +8,7 @@ use crate::picture::report::figures::{Report, RigFigures, RigMethod, RigSphere};
 use crate::picture::report::markup::Markup;
 use crate::picture::report::picture::difference;
 use crate::picture::report::rig_pictures::{LIGHTS, PICTURE, RigPictures, SHOWN};
-use crate::values::percent;
+use crate::values::{percent, quantity};
 
 /// The section: for each environment, the errors of all rigs and the spheres of one method.
 pub(crate) fn section(page: &mut Markup, report: &Report, pictures: &[RigPictures]) -> Result<(), Failure> {
@@ -53,7 +53,7 @@ fn table(page: &mut Markup, figures: &RigFigures) {
 }
 
 fn lights(count: u32) -> String {
-    if count == 1 { "1 light".to_owned() } else { format!("{count} lights") }
+    quantity::count(count as usize, "light")
 }
 
 fn spheres(

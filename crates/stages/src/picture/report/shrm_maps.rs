@@ -11,7 +11,7 @@ use crate::picture::report::figures::{Errors, Export, Method};
 use crate::picture::report::readers::{Reader, add, add_map, lamps_seen};
 use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::taps_on_sphere::LIGHT_BYTES;
-use crate::values::{LampsName, UntilStopped};
+use crate::values::{LampsName, UntilStopped, quantity};
 
 /// The number of coefficients of a map with lamps that are fitted for one view: about two seconds of one
 /// core.
@@ -116,13 +116,13 @@ impl<'a> ShrmMaps<'a> {
         for made in &self.maps {
             let (terms, [faces, height, width]) = (made.terms(), made.map.grid().shape());
             bytes += 8 * terms * made.map.grid().len();
-            let unit = if terms == 1 { "coefficient" } else { "coefficients" };
+            let terms = quantity::count(terms, "coefficient");
             let of = if faces > 1 { format!("{faces} faces of ") } else { String::new() };
             let plus = if texture.is_empty() { "" } else { " + " };
-            texture.push_str(&format!("{plus}{terms} {unit} × {of}{width} × {height}"));
+            texture.push_str(&format!("{plus}{terms} × {of}{width} × {height}"));
         }
         if lights > 0 {
-            texture.push_str(&format!(", {lights} {}", if lights == 1 { "light" } else { "lights" }));
+            texture.push_str(&format!(", {}", quantity::count(lights, "light")));
         }
         let degrees = |made: &MadeMap<'_>| (made.plan.field.brdf().f().get(), made.plan.shape.p.get());
         // The map of a highlight comes after that of its matte base, and has the higher degrees.

@@ -26,7 +26,7 @@ use crate::picture::report::sphere::{Lattice, Sphere};
 use crate::picture::report::studied::{Studied, reflection_of};
 use crate::picture::report::taps_on_sphere::{beside_taps, compact_bytes, shown_by_taps};
 use crate::picture::report::trade_advice;
-use crate::values::{LampsName, UntilStopped};
+use crate::values::{LampsName, UntilStopped, quantity};
 
 /// The error in stops of 95 of 100 samples above which a ring beside a highlight shows.
 const RING: f64 = 0.1;
@@ -277,7 +277,7 @@ impl<'a> StudyScene<'a> {
             bytes: compact_bytes(space, table) as u64,
             file: None,
             maps: 1,
-            texture: format!("{taps} taps, {lights} {}", if lights == 1 { "light" } else { "lights" }),
+            texture: [quantity::count(taps, "tap"), quantity::count(lights, "light")].join(", "),
             one_of: lattice.one_of(),
         };
         Ok((export, (lattice, values)))

@@ -3,7 +3,7 @@
 use taps::{Accuracy, Trade};
 
 use crate::picture::report::figures::{Limits, TapAdvice, Technique, TradePoint, TradeSeries};
-use crate::values::quantity::size;
+use crate::values::quantity::{self, size};
 
 /// The errors in stops of 95 and 99 of 100 samples that are good enough: those of `export-taps`.
 pub(crate) const LIMITS: Limits = Limits { p95: 0.1, p99: 0.25 };
@@ -44,11 +44,7 @@ pub(crate) fn of_series(series: &[TradeSeries]) -> TapAdvice {
 
 /// A number of things.
 fn count(number: usize, what: &str) -> String {
-    match number {
-        0 => format!("no {what}s"),
-        1 => format!("1 {what}"),
-        _ => format!("{number} {what}s"),
-    }
+    if number == 0 { format!("no {what}s") } else { quantity::count(number, what) }
 }
 
 #[cfg(test)]
