@@ -32,7 +32,7 @@ echo '{"version":1,"settings":{"size":[1280,800]}}' >.specula/preview.json
 window=$!
 until id=$(xdotool search --onlyvisible --name "Specula preview"); do sleep 0.5; done
 sleep 5
-xdotool mousemove 570 400 key --delay 500 s shift+4
+xdotool mousemove 570 400 windowfocus --sync "$id" key --delay 500 s shift+4
 xdotool mousemove 85 700 # away from what would show a tip or a scroll bar
 sleep "${WAIT:-60}"
 import -silent -window root -crop 1280x769+0+0 +repage "$out"

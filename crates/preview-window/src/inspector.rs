@@ -154,7 +154,7 @@ fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMet
                 None => missing(&shown.scene, mode).unwrap_or(UNKNOWN).to_owned(),
                 Some(ModeError::Measured { stops, rms, light_samples }) => {
                     samples = samples.max(light_samples);
-                    numbers::apart(stops, rms)
+                    numbers::apart_in_columns(stops, rms)
                 }
                 Some(ModeError::None(why)) => why,
             };
@@ -163,7 +163,8 @@ fn errors(ui: &mut Ui, state: &State, shown: &ShownScene, error_meter: &ErrorMet
         .collect();
     section(ui, "Against brute force", &rows);
     if samples > 0 {
-        explain(ui, &format!("in this view at a small size, {samples} light samples per pixel"));
+        let measured = "stops within which 95 and 99 % are, and relative RMS; in this view at a small size";
+        explain(ui, &format!("{measured}, {samples} light samples per pixel"));
     }
 }
 

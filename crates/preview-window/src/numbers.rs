@@ -39,6 +39,11 @@ pub(crate) fn apart([p95, p99]: [f64; 2], rms: f64) -> String {
     format!("95 % within {p95:.2} stops, 99 % within {p99:.2}; RMS {}", error(rms))
 }
 
+/// The same, as short as the columns of the inspector.
+pub(crate) fn apart_in_columns([p95, p99]: [f64; 2], rms: f64) -> String {
+    format!("{p95:.2}, {p99:.2} stops, {}", error(rms))
+}
+
 pub(crate) fn degrees(radians: f64) -> String {
     // Adding 0 removes the sign of -0.
     format!("{:.1}°", (radians.to_degrees() * 10.0).round() / 10.0 + 0.0)
