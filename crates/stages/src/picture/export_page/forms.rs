@@ -103,21 +103,21 @@ impl Forms {
         can && is_chosen
     }
 
-    /// The look with which a form of a pair is drawn, on cubes with one of so many of their texels along an
-    /// edge. A mirror shows the sky as the background does.
+    /// The look with which a form of a pair is drawn, on cubes whose texels along an edge are divided by a
+    /// number. A mirror shows the sky as the background does.
     pub(crate) fn look(
         &self,
         form: Form,
         pair: &Pair,
         sky: &Arc<Light>,
-        one_of: usize,
+        divisor: usize,
         reporter: &Reporter,
     ) -> Result<FormLook, Failure> {
         let export = self.export(form, pair);
         let files = export.map(|export| &*export.files);
         let edge = files.and_then(cube_edge).unwrap_or(self.sizes.edge);
         let slices = files.and_then(|files| number(files, "slices")).unwrap_or(self.sizes.slices);
-        let sizes = |edge: usize| MapSizes { edge: (edge / one_of).max(1), slices };
+        let sizes = |edge: usize| MapSizes { edge: (edge / divisor).max(1), slices };
         let is_baked = files.is_some_and(|files| files.parameters["lamps"] == "baked");
         let joins_parts = files.is_some_and(parts::are_together);
         let mut notes = Vec::new();

@@ -12,8 +12,8 @@ use super::forms::Forms;
 use super::pairs::Pair;
 use crate::values::quantity;
 
-/// A cube that is made smaller has at least one of so many of its texels along an edge.
-const MOST_LEFT_OUT: usize = 8;
+/// What the texels along the edge of a cube are divided by at most.
+const MAX_DIVISOR: usize = 8;
 
 /// The form of a pair, by the pair's place.
 type PairForm = (usize, Form);
@@ -57,27 +57,27 @@ impl Views<'_> {
 
         let before = self.blobs.next();
         let has_cubes = first.iter().any(|(_, form)| form.has_cube());
-        let (mut one_of, most) = (1, if has_cubes { MOST_LEFT_OUT } else { 1 });
-        while one_of < most && !self.add(&first, one_of, Excess::Refused)? {
+        let (mut divisor, most) = (1, if has_cubes { MAX_DIVISOR } else { 1 });
+        while divisor < most && !self.add(&first, divisor, Excess::Refused)? {
             self.blobs.forget(before);
             self.comparison.forget();
             self.document.pairs.iter_mut().for_each(|pair| pair.views.clear());
-            one_of *= 2;
+            divisor *= 2;
         }
-        if one_of == most {
-            self.add(&first, one_of, Excess::LeftOut)?;
+        if divisor == most {
+            self.add(&first, divisor, Excess::LeftOut)?;
         }
-        if one_of > 1 {
-            let fraction = format!("reflections in more than 1/{one_of} of their texels along an edge");
+        if divisor > 1 {
+            let fraction = format!("reflections in more than 1/{divisor} of their texels along an edge");
             self.document.left_out.insert(0, fraction);
         }
         self.add(&others, 1, Excess::LeftOut)?;
         Ok(())
     }
 
-    /// Adds forms, on cubes with one of so many of their texels along an edge. Returns whether all of them
+    /// Adds forms, on cubes whose texels along an edge are divided by a number. Returns whether all of them
     /// fit.
-    fn add(&mut self, forms: &[PairForm], one_of: usize, excess: Excess) -> Result<bool, Failure> {
+    fn add(&mut self, forms: &[PairForm], divisor: usize, excess: Excess) -> Result<bool, Failure> {
         let mut fits = true;
         let steps = Steps::new(self.reporter, if self.comparison.draws() { 2 } else { 1 } * forms.len());
         for some in forms.chunks(2 * rayon::current_num_threads()) {
@@ -85,7 +85,7 @@ impl Views<'_> {
                 self.reporter.check_cancelled()?;
                 let pair = &self.pairs[place];
                 let made =
-                    self.forms.look(form, pair, &self.skies[pair.environment], one_of, self.reporter)?;
+                    self.forms.look(form, pair, &self.skies[pair.environment], divisor, self.reporter)?;
                 let view = web::WebView::of(&made.look, form.mode())?;
                 steps.step()?;
                 Ok(view.map(|view| (place, form, made, view)))
