@@ -27,6 +27,7 @@ mod product;
 mod readback;
 mod resources;
 mod sample_budget;
+mod shader_sources;
 mod shadow_tree;
 #[cfg(test)]
 mod tests;

@@ -9,9 +9,10 @@ use wgpu::BufferUsages;
 
 use super::device::Device;
 use super::identity_cache::IdentityCache;
-use super::layouts::{Layouts, Pipelines, models};
+use super::layouts::{Layouts, Pipelines};
 use super::maps::{LightMaps, LookMaps, Map, scale_space};
 use super::mesh::Shape;
+use super::shader_sources::models;
 use super::shadow_tree::{ShadowTree, ShadowUniforms};
 use super::textures::Textures;
 use super::vertex_light::VertexLight;

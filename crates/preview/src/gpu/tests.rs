@@ -460,7 +460,7 @@ fn the_target_has_the_size_and_format_of_the_picture() {
 
 #[test]
 fn every_shader_is_valid() {
-    for (name, source) in layouts::sources() {
+    for (name, source) in shader_sources::sources() {
         let module = wgpu::naga::front::wgsl::parse_str(&source)
             .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
         use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -500,7 +500,7 @@ fn translate(_: &str, _: &wgpu::naga::Module, _: &wgpu::naga::valid::ModuleInfo)
 
 #[test]
 fn enumerations_have_the_same_numbers_in_shaders() {
-    let sources = layouts::sources();
+    let sources = shader_sources::sources();
     for (name, value) in crate::shading::numbers::ALL {
         let definition = format!("const {name} = {value}u;");
         assert!(sources.iter().any(|(_, source)| source.contains(&definition)), "no {definition}");
@@ -511,7 +511,7 @@ fn enumerations_have_the_same_numbers_in_shaders() {
 #[test]
 fn every_shader_has_its_twin() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/shading");
-    let sources = layouts::sources();
+    let sources = shader_sources::sources();
     let mut count = 0;
     for entry in std::fs::read_dir(&folder).unwrap() {
         let path = entry.unwrap().path();

@@ -13,7 +13,7 @@ use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
 use wgpu::naga::{AddressSpace, ShaderStage};
 
 use self::conditions::{NamedCases, with_conditions, words};
-use super::layouts::{
+use super::shader_sources::{
     BACKGROUND, BASE_COLOR, DEVELOP, DIFFERENCE, HARMONICS, LAMPS, TABLE, TEXTURE, TURNED_LIGHT, common,
     mode_files,
 };

@@ -206,17 +206,13 @@ fn meshes_of_the_graph_come_before_the_built_in_ones() {
 
 #[test]
 fn the_sizes_of_maps_are_those_that_exports_fix() {
-    let sizes = |stages: &str| {
-        let catalog = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
-        let MapSizes { edge, slices } = catalog.entry("east", "gold").unwrap().unwrap().sizes;
-        (edge, slices)
-    };
     let entry = |stages: &str| {
         let catalog = PreviewCatalog::of(project(&format!("{REFLECTION}{stages}")).1);
         catalog.entry("east", "gold").unwrap().unwrap().clone()
     };
+    let sizes = |stages: &str| entry(stages).sizes;
+    let of = |edge, slices| MapSizes { edge, slices };
     let holds_lamps = |stages: &str| entry(stages).holds_lamps;
-    let joins_parts = |stages: &str| entry(stages).joins_parts;
     let stage = |name: &str, more: &str| {
         format!("[stage.{name}]\nkind = \"export-{name}\"\ninput = \"reflection\"\n{more}\n")
     };
@@ -224,18 +220,18 @@ fn the_sizes_of_maps_are_those_that_exports_fix() {
     assert!(!holds_lamps("") && holds_lamps(&stage("shrm", "lamps = \"baked\"")) && !holds_lamps(&beside));
     for kind in ["shrm", "cabral", "kautz-mccool", "reflection-map"] {
         let together = stage(kind, "parts = \"together\"");
-        assert!(joins_parts(&together) && !joins_parts(&stage(kind, "")), "{kind}");
+        assert!(entry(&together).joins_parts && !entry(&stage(kind, "")).joins_parts, "{kind}");
     }
-    let one_of_two = stage("shrm", "parts = \"together\"") + &stage("cabral", "");
-    assert!(!joins_parts("") && !joins_parts(&one_of_two));
-    assert_eq!(sizes(""), (64, 16));
-    assert_eq!(sizes(&stage("shrm", "resolution = 24")), (24, 16));
-    assert_eq!(sizes(&stage("shrm", "resolution = 25\nlayout = \"lat-long\"")), (13, 16));
-    assert_eq!(sizes(&stage("shrm", "resolution = \"auto\"")), (64, 16));
+    let mixed = stage("shrm", "parts = \"together\"") + &stage("cabral", "");
+    assert!(!entry("").joins_parts && !entry(&mixed).joins_parts);
+    assert_eq!(sizes(""), of(64, 16));
+    assert_eq!(sizes(&stage("shrm", "resolution = 24")), of(24, 16));
+    assert_eq!(sizes(&stage("shrm", "resolution = 25\nlayout = \"lat-long\"")), of(13, 16));
+    assert_eq!(sizes(&stage("shrm", "resolution = \"auto\"")), of(64, 16));
     let volume = stage("kautz-mccool", "resolution = 40\nslices = 9");
-    assert_eq!(sizes(&volume), (20, 9));
-    assert_eq!(sizes(&(volume + &stage("cabral", "resolution = 12"))), (20, 9));
-    assert_eq!(sizes(&stage("kautz-mccool", "")), (64, 16));
+    assert_eq!(sizes(&volume), of(20, 9));
+    assert_eq!(sizes(&(volume + &stage("cabral", "resolution = 12"))), of(20, 9));
+    assert_eq!(sizes(&stage("kautz-mccool", "")), of(64, 16));
 }
 
 #[test]
