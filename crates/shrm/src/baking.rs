@@ -10,18 +10,22 @@
 //! where b_k is the soft field and the lamps together, and e the radiance below which black is black. The
 //! views are weighted by their projected area, as a ball shows them to a distant camera; about R they are
 //! uniform over the sphere. The method of conjugate gradients starts at the projection and ends as soon as a
-//! few steps gain little; on the grid of views, harmonics are sums over p and then over q, so that a step
-//! takes O(P^3). The map's P may be less than that of the field ([`MapDegree::field`](crate::MapDegree)).
+//! few steps gain little: after one or two, if P is so small that its matrix is factored (`normal_matrix`).
+//! On the grid of views, harmonics are sums over p and then over q, so that a step takes O(P^3). The map's P
+//! may be less than that of the field ([`MapDegree::field`](crate::MapDegree)).
 //!
 //! What a lamp adds to the views depends on its angle from R, its azimuth and its radius alone, and comes
 //! from tables that all texels share: sums over the points of each lamp would take many times as long as the
-//! fits.
+//! fits. Neighbouring lamps are one disk for texels that are far from them (`lamp_groups`).
 //!
 //! A material that is the same from every view needs no fit: its lamps are added exactly.
 
+mod lamp_groups;
 mod light_table;
+mod normal_matrix;
 mod solver;
 mod view_grid;
+mod view_sums;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -35,15 +39,17 @@ use crate::degrees::BLACK_SHARE;
 use crate::lamps::Lamps;
 use crate::{MOST_VALUES, MapGrid, Reflection, Shrm, SynthesisError, Terms, View};
 use light_table::{AddLights, LightTable, PlacedLamp};
-use solver::{F32x8, Solve};
+use normal_matrix::NormalMatrix;
+use solver::Solve;
 use view_grid::ViewGrid;
+use view_sums::F32x8;
 
 /// Texels that are fitted at once: before each such block the baking asks whether to stop.
-pub const BAKED_AT_ONCE: usize = solver::LANES;
+pub const BAKED_AT_ONCE: usize = view_sums::LANES;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 4;
+pub const REVISION: u32 = 5;
 
 /// The tables of the lamps of one reflection, which its maps share: those of all degrees P with as many views
 /// are the same.
@@ -165,6 +171,7 @@ struct TexelFit<'a> {
     dark: f32,
     /// The views, and the harmonics that are fitted there.
     views: ViewGrid,
+    matrix: Option<NormalMatrix>,
     /// The rows of the coefficients that are fitted.
     pairs: Vec<[Option<usize>; 2]>,
     /// The soft field's harmonics at the same views, and the rows of its coefficients.
@@ -194,9 +201,10 @@ impl<'a> TexelFit<'a> {
         let field_views = ViewGrid::new(soft.p().get(), p.get(), soft.terms(), soft.centre());
         let (pairs, field_pairs) = (views.rows_of_pairs(), field_views.rows_of_pairs());
         let table = tables.serving(lamps, &views);
-        let lamps = table.placed(lamps);
+        let lamps = table.placed(&table.groups);
         let dark = reflection.dark() as f32;
-        Self { soft, p, dark, views, pairs, field_views, field_pairs, table, lamps }
+        let matrix = NormalMatrix::new(&views, soft.centre());
+        Self { soft, p, dark, views, matrix, pairs, field_views, field_pairs, table, lamps }
     }
 
     /// The light of each channel at up to eight texels.
@@ -235,6 +243,7 @@ impl<'a> TexelFit<'a> {
         }
         level.run(Solve {
             views: &self.views,
+            matrix: self.matrix.as_ref(),
             dark: self.dark,
             field: (&self.field_views, &lit.field),
             coefficients: &mut coefficients,
@@ -260,6 +269,7 @@ mod tests {
     use sh::{Expansion, Light, Lighting};
     use sphere::{Cube, Direction};
 
+    use super::lamp_groups::LampGroup;
     use super::*;
     use crate::MOST_P;
     use crate::degrees::seen;
@@ -374,6 +384,20 @@ mod tests {
         Lighting { lights: (0..5).map(lamp).collect(), ..lighting() }
     }
 
+    /// Two soft boxes, each of eighteen lamps, one of which is warm and bright at one end.
+    fn soft_boxes() -> Lighting {
+        let lamp = |k: usize| {
+            let (across, along) = ((k / 2 % 6) as f64, (k / 12) as f64);
+            let ([theta, phi], flux) = match k.is_multiple_of(2) {
+                true => ([0.8, 1.6], [0.3, 0.32, 0.35]),
+                false => ([1.6, -1.1], [0.7 - 0.12 * across, 0.4 - 0.03 * across, 0.1 + 0.04 * across]),
+            };
+            let direction = Direction::from_angles(theta + 0.03 * across, phi + 0.04 * along);
+            Light::from_flux(direction, 0.015 + 0.0003 * k as f64, flux)
+        };
+        Lighting { lights: (0..36).map(lamp).collect(), ..lighting() }
+    }
+
     /// The reflection of the studio and its local map without lamps, with the lamps' light that is tabulated
     /// for the fits of degree P, and the same as sums over the points of the lamps.
     fn tabulated(
@@ -422,6 +446,60 @@ mod tests {
             let at = |share: f64| stops[(share * stops.len() as f64) as usize];
             assert!(at(0.95) < 0.03 && at(0.99) < 0.1, "{}: {} {}", material.name(), at(0.95), at(0.99));
         }
+    }
+
+    /// Groups of lamps are as good as each lamp by itself, from the same tables: they lose at most two thirds
+    /// of what those may lose between their nodes.
+    #[test]
+    fn far_lamps_are_one_disk() {
+        let lighting = soft_boxes();
+        for material in materials() {
+            let brdf = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+            let (reflection, _) = Reflection::for_light(&lighting, &brdf, &material, Stop::NEVER).unwrap();
+            let grid = MapGrid::Cube(Cube { edge: 8 });
+            let soft = reflection.synthesise(grid, View::Local, Stop::NEVER).unwrap();
+            let lamps = reflection.lamps().unwrap();
+            let fit = || {
+                let mut tables = LampTables::default();
+                TexelFit::new(&reflection, &soft, lamps, Degree::new(4).unwrap(), &mut tables)
+            };
+            let (grouped, mut alone) = (fit(), fit());
+            let lamp = |light: &Light| LampGroup { light: *light, least_angle: 0.0, descendants: 0 };
+            alone.lamps = alone.table.placed(&lighting.lights.iter().map(lamp).collect::<Vec<_>>());
+            assert_ne!(alone.lamps.len(), grouped.lamps.len());
+            let mut stops = Vec::new();
+            for first in (0..grid.len()).step_by(BAKED_AT_ONCE) {
+                let texels: Vec<usize> = (first..first + BAKED_AT_ONCE).collect();
+                let [found, right] = [&grouped, &alone].map(|fit| fit.light(&texels, SimdLevel::detect()));
+                let numbers = |lit: [Lit; 3]| {
+                    let values = lit.into_iter().flat_map(|lit| lit.lamps).flat_map(|value| value.0);
+                    values.map(|value| value + reflection.dark() as f32).collect::<Vec<_>>()
+                };
+                let pairs = numbers(found).into_iter().zip(numbers(right));
+                stops.extend(pairs.map(|(found, right)| (found / right).log2().abs()));
+            }
+            stops.sort_by(f32::total_cmp);
+            let at = |share: f64| stops[(share * stops.len() as f64) as usize];
+            eprintln!("{}: {} {} {}", material.name(), grouped.lamps.len(), at(0.95), at(0.99));
+            assert!(at(0.95) < 0.02 && at(0.99) < 0.066, "{}: {} {}", material.name(), at(0.95), at(0.99));
+        }
+    }
+
+    /// Where lamps are in groups and the matrix is factored, texels do not depend on those beside them.
+    #[test]
+    fn texels_in_groups_of_lamps_are_those_of_the_whole_map() {
+        let (material, p) = (&materials()[2], Degree::new(4).unwrap());
+        let brdf = project(material, Choice::Full, Stop::NEVER).unwrap().coefficients;
+        let (reflection, _) = Reflection::for_light(&soft_boxes(), &brdf, material, Stop::NEVER).unwrap();
+        let soft = reflection.synthesise(MapGrid::Cube(Cube { edge: 5 }), View::Local, Stop::NEVER).unwrap();
+        let bake = |texels: &[usize]| {
+            reflection.bake_texels(&soft, p, texels, &mut LampTables::default(), Stop::NEVER).unwrap()
+        };
+        let (whole, some) = (bake(&(0..150).collect::<Vec<_>>()), bake(&[131, 3, 17, 64]));
+        for texel in [3, 17, 64, 131] {
+            assert_eq!(some.texel(texel), whole.texel(texel));
+        }
+        assert!(whole.texel(9).as_flattened().iter().all(|value| value.is_finite()));
     }
 
     /// A fit of few degrees loses nothing by the tables: it is as near to brute force as that of the exact

@@ -131,8 +131,7 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
     let CutAllowance { share, dark, rule } = allowance;
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
-        let mut stops: Vec<f64> = samples.iter().flat_map(|sample| sample.stops(trial, f, p, dark)).collect();
-        let [p95, p99] = stops::quantiles(&mut stops);
+        let [p95, p99] = stops::quantiles_of(samples, |_, sample| sample.stops(trial, f, p, dark));
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
         let rms = trial.rms[trial.p[p]];
         let p = degree(trial.p[p]);
@@ -164,18 +163,16 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
 
 /// Adds the terms of one l to the coefficients b_pq: see `evaluation.rs`.
 pub(crate) fn add(rows: &mut [[f64; 3]], light: &Expansion, brdf: &BrdfCoefficients, l: usize) {
-    for p in 0..=brdf.p().get() {
-        for q in 0..=p.min(l) {
-            let rho = brdf.get(l, p, q);
-            for (row, a) in [(p * p + p + q, l * l + l + q), (p * p + p - q, l * l + l - q)]
-                .into_iter()
-                .take(if q == 0 { 1 } else { 2 })
-            {
-                (0..3).for_each(|channel| {
-                    rows[row][channel] += rho[channel] * light.coefficients()[a][channel]
-                });
-            }
-        }
+    let side = brdf.p().get() + 1;
+    let rho = &brdf.rho()[l * side * side..][..side * side];
+    let (sines, cosines) = light.coefficients()[l * l..(l + 1) * (l + 1)].split_at(l);
+    for (p, rho) in rho.chunks_exact(side).enumerate() {
+        let (below, above) = rows[p * p..(p + 1) * (p + 1)].split_at_mut(p);
+        let sum = |((row, rho), light): ((&mut [f64; 3], &[f64; 3]), &[f64; 3])| {
+            (0..3).for_each(|channel| row[channel] += rho[channel] * light[channel]);
+        };
+        above.iter_mut().zip(rho).zip(cosines).for_each(sum);
+        below.iter_mut().rev().zip(&rho[1..]).zip(sines.iter().rev()).for_each(sum);
     }
 }
 

@@ -113,7 +113,7 @@ impl Reflection {
         let dark = BLACK_SHARE * self.light_mean();
         let rms = rms_of_cuts(self.lighting(), self.brdf());
         let measure = |(p, rms): (usize, &f64)| {
-            let [p95, p99] = quantiles(samples.iter().map(|sample| (sample, sample.cuts[p])), dark);
+            let [p95, p99] = quantiles(&samples, dark, |_, sample| sample.cuts[p]);
             let p = Degree::new(p).unwrap_or(Degree::MAX);
             MapDegree { p, p95, p99, rms: *rms, is_met: false, enough: None, field: p }
         };
@@ -150,11 +150,11 @@ impl Reflection {
         let (own, dark) = (self.brdf().p(), BLACK_SHARE * self.light_mean());
         let is_enough = |p: &usize| {
             // What the cut leaves of the right value, which has the lamps too.
-            let left = |sample: &Sample| {
+            let left = |_, sample: &Sample| {
                 let (whole, cut) = (sample.cuts[own.get()], sample.cuts[*p]);
                 std::array::from_fn(|c| sample.right[c] - whole[c] + cut[c])
             };
-            let [p95, p99] = quantiles(samples.iter().map(|sample| (sample, left(sample))), dark);
+            let [p95, p99] = quantiles(samples, dark, left);
             p95 <= FIELD_SHARE * fit.p95 && p99 <= FIELD_SHARE * fit.p99
         };
         // A field of P = 0 would be that of a material that is the same from every view.
@@ -196,18 +196,16 @@ impl Reflection {
     ) -> Result<MapDegree, SynthesisError> {
         let texels: Vec<usize> = (0..soft.grid().len()).collect();
         let map = self.bake_texels(soft, p, &texels, tables, stop)?;
-        let (mut lookup, views) = (map.lookup(), samples.len() / texels.len().max(1));
-        let found: Vec<[f64; 3]> = samples
-            .iter()
-            .enumerate()
-            .map(|(index, sample)| {
-                let texel = index / views.max(1);
-                let view = frame(soft.grid().direction(texel)).apply(sample.outgoing);
-                lookup.texel(texel, view).map(f64::from)
-            })
-            .collect();
+        let views = samples.len() / texels.len().max(1);
+        let seen_at = |(texel, samples): (usize, &[Sample])| {
+            let (mut lookup, to_world) = (map.lookup(), frame(soft.grid().direction(texel)));
+            let seen = |sample: &Sample| lookup.texel(texel, to_world.apply(sample.outgoing)).map(f64::from);
+            samples.iter().map(seen).collect::<Vec<_>>()
+        };
+        let found: Vec<[f64; 3]> =
+            samples.par_chunks(views.max(1)).enumerate().map(seen_at).flatten_iter().collect();
         let dark = BLACK_SHARE * self.light_mean();
-        let [p95, p99] = quantiles(samples.iter().zip(found.iter().copied()), dark);
+        let [p95, p99] = quantiles(samples, dark, |index, _| found[index]);
         let (mut lost, mut whole) = (0.0, 0.0);
         for (sample, found) in samples.iter().zip(&found) {
             for (right, found) in sample.right.iter().zip(found) {
@@ -271,16 +269,14 @@ impl Reflection {
     }
 }
 
-/// The errors in stops that 95 and 99 of 100 samples stay below; what a map leaves below zero is black.
-fn quantiles<'a>(found: impl Iterator<Item = (&'a Sample, [f64; 3])>, dark: f64) -> [f64; 2] {
-    let mut errors = Vec::new();
-    for (sample, found) in found {
-        for channel in 0..3 {
-            let seen = |value: f64| value.max(0.0) + sample.beside[channel];
-            errors.push(stops::error(seen(found[channel]), seen(sample.right[channel]), dark));
-        }
-    }
-    stops::quantiles(&mut errors)
+/// The errors in stops that 95 and 99 of 100 samples stay below, of what is found at each; what a map leaves
+/// below zero is black.
+fn quantiles(samples: &[Sample], dark: f64, found: impl Fn(usize, &Sample) -> [f64; 3] + Sync) -> [f64; 2] {
+    stops::quantiles_of(samples, |index, sample| {
+        let found = found(index, sample);
+        let seen = |value: f64, channel: usize| value.max(0.0) + sample.beside[channel];
+        [0, 1, 2].map(|c| stops::error(seen(found[c], c), seen(sample.right[c], c), dark))
+    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! What lamps add to the views of a grid, tabulated by the angle between lamp and central direction.
 //!
 //! All texels share the tables: about its central direction, an isotropic material depends on the lamp's
-//! angle and on the azimuth between lamp and view alone. Between the nodes they are interpolated. A lamp is a
-//! disk, and rho_hat in the mean over it depends on its radius too: there is a table for each of a few radii,
-//! between which the mean is interpolated in the square of the radius, in which it is smooth.
+//! angle and on the azimuth between lamp and view alone. Between the nodes they are interpolated. A lamp, or
+//! a group of lamps, is a disk, and rho_hat in the mean over it depends on its radius too: there is a table
+//! for each of a few radii, between which the mean is interpolated in the square of the radius, in which it
+//! is smooth.
 
 use std::f64::consts::PI;
 
@@ -14,8 +15,9 @@ use sh::f64x4::SimdLevel;
 use sh::{Light, POINT};
 use sphere::{DVec3, Direction};
 
-use super::solver::{F32x8, LANES, load, store};
+use super::lamp_groups::{AWAY, LampGroup, WIDEST, groups};
 use super::view_grid::{MIRRORED, ViewGrid};
+use super::view_sums::{F32x8, LANES, load, store};
 use crate::frame;
 use crate::lamps::Lamps;
 use crate::mean_lobe::{angles, place};
@@ -32,11 +34,6 @@ const RATIO: f64 = 2.0;
 /// The most radii that have a table.
 const MOST_RADII: usize = 8;
 
-/// The width of features of rho_hat away from the highlight, as a share of the distance, and its maximum in
-/// radians.
-const AWAY: f64 = 0.2;
-const WIDEST: f64 = 0.5;
-
 /// The most points over which the mean of a disk is taken.
 const MOST_POINTS: usize = 128;
 
@@ -49,6 +46,8 @@ pub(super) struct LightTable {
     vectors: usize,
     /// From the smallest radius on.
     disks: Vec<DiskTable>,
+    /// The lamps.
+    pub(super) groups: Vec<LampGroup>,
 }
 
 /// The table of one radius.
@@ -60,12 +59,16 @@ struct DiskTable {
     largest: Vec<f32>,
 }
 
-/// A lamp, and the tables between which its own lies.
+/// A lamp or a group of lamps, and the tables between which its own lies.
 pub(super) struct PlacedLamp {
     direction: DVec3,
     flux: [f32; 3],
     /// The tables with their shares, which sum to 1; the second may have none.
     disks: [(usize, f32); 2],
+    /// The cosine of the least angle at which this is enough, infinite if it always is.
+    most_cosine: f64,
+    /// The number of those after it of which it consists.
+    descendants: usize,
 }
 
 impl LightTable {
@@ -73,21 +76,23 @@ impl LightTable {
         let angles = angles(2e-4, 0.08, 0.03);
         let azimuths = if views.orders() == 0 { 1 } else { AZIMUTHS + 1 };
         let vectors = (3 * views.rows.len()).div_ceil(LANES);
-        let point = point_table(lamps, views, &angles, azimuths);
         let width = lamps.material.highlight_width();
-        let radii = radii(lamps.lights.iter().map(|light| light.radius).filter(|r| *r > POINT * width));
-        let mut table = Self { angles, azimuths, vectors, disks: vec![DiskTable::new(0.0, point)] };
+        let groups = groups(&lamps.lights, &lamps.material);
+        let radii = radii(groups.iter().map(|group| group.light.radius).filter(|r| *r > POINT * width));
+        let mut table = Self { angles, azimuths, vectors, disks: Vec::new(), groups };
+        table.disks.push(table.points(lamps, views));
         let centre = lamps.material.centre();
         let larger: Vec<DiskTable> = radii.iter().map(|radius| table.disk(*radius, width, centre)).collect();
         table.disks.extend(larger);
         table
     }
 
-    /// The lamps, each with its place among the tables.
-    pub(super) fn placed(&self, lamps: &Lamps) -> Vec<PlacedLamp> {
+    /// Lamps in groups, each with its place among the tables.
+    pub(super) fn placed(&self, groups: &[LampGroup]) -> Vec<PlacedLamp> {
         let area = |disk: usize| self.disks[disk].radius * self.disks[disk].radius;
         let last = self.disks.len() - 1;
-        let place = |light: &Light| {
+        let place = |group: &LampGroup| {
+            let light = group.light;
             let above = self.disks.partition_point(|disk| disk.radius < light.radius).min(last);
             let below = above.saturating_sub(1);
             let span = area(above) - area(below);
@@ -97,17 +102,44 @@ impl LightTable {
                 direction: light.direction.vector(),
                 flux: light.flux().map(|flux| flux as f32),
                 disks: [(below, 1.0 - share), (above, share)],
+                most_cosine: match group.least_angle {
+                    0.0 => f64::INFINITY,
+                    angle => math::cos(angle),
+                },
+                descendants: group.descendants,
             }
         };
-        lamps.lights.iter().map(place).collect()
+        groups.iter().map(place).collect()
+    }
+
+    /// The table of rho_hat itself.
+    fn points(&self, lamps: &Lamps, views: &ViewGrid) -> DiskTable {
+        let (centre, turns) = (lamps.material.centre(), lamps.material.turns());
+        let of_azimuth = |azimuth: usize| {
+            let phi = PI * azimuth as f64 / AZIMUTHS as f64;
+            views.rows.iter().map(move |row| centre.toward(Direction::from_angles(row.0, phi)))
+        };
+        let seen: Vec<SurfaceView> = (0..self.azimuths).flat_map(of_azimuth).collect();
+        let rows = views.rows.len();
+        self.filled(0.0, |angle, slice| {
+            let incident = Direction::from_angles(angle, 0.0);
+            for (seen, vectors) in seen.chunks_exact(rows).zip(slice.chunks_exact_mut(self.vectors)) {
+                for (row, value) in lamps.material.means_toward(turns, seen, incident).iter().enumerate() {
+                    for channel in 0..3 {
+                        let at = channel * rows + row;
+                        vectors[at / LANES].0[at % LANES] = value[channel] as f32;
+                    }
+                }
+            }
+        })
     }
 
     /// The table of a disk, from that of points, for a highlight of this width.
     fn disk(&self, radius: f64, width: f64, centre: Centre) -> DiskTable {
         let level = SimdLevel::detect();
-        let slice = |angle: &f64| -> Vec<F32x8> {
+        self.filled(radius, |angle, slice| {
             let light = |width: f64| {
-                Light { direction: Direction::from_angles(*angle, 0.0), radius, irradiance: [1.0; 3] }
+                Light { direction: Direction::from_angles(angle, 0.0), radius, irradiance: [1.0; 3] }
                     .points(width)
             };
             // Away from a highlight about R, rho_hat is smooth.
@@ -118,11 +150,23 @@ impl LightTable {
                 width *= 1.25;
                 points = light(width);
             }
-            let mut slice = vec![F32x8::ZERO; self.azimuths * self.vectors];
-            level.run(AddPoints { table: self, points: &points, slice: &mut slice });
-            slice
+            level.run(AddPoints { table: self, points: &points, slice });
+        })
+    }
+
+    /// A table whose slice of each angle, [azimuth, channel and row of views], is filled from zeros.
+    fn filled(&self, radius: f64, fill: impl Fn(f64, &mut [F32x8]) + Sync) -> DiskTable {
+        let count = self.azimuths * self.vectors;
+        let mut values = vec![F32x8::ZERO; self.angles.len() * count];
+        let slices = values.par_chunks_exact_mut(count).zip(&self.angles).with_max_len(4);
+        let fill = |(slice, angle): (&mut [F32x8], &f64)| {
+            fill(*angle, slice);
+            let larger =
+                |most: [f32; LANES], value: &F32x8| std::array::from_fn(|lane| most[lane].max(value.0[lane]));
+            slice.iter().fold([0.0; LANES], larger).into_iter().fold(0.0, f32::max)
         };
-        DiskTable::new(radius, self.angles.par_iter().with_max_len(4).map(slice).collect())
+        let largest = slices.map(fill).collect();
+        DiskTable { radius, values, largest }
     }
 
     /// The azimuth of the table that is the same as another.
@@ -145,39 +189,6 @@ impl LightTable {
     fn at_azimuth<'t>(&self, of_angle: &'t [F32x8], azimuth: usize) -> &'t [F32x8] {
         &of_angle[azimuth * self.vectors..][..self.vectors]
     }
-}
-
-impl DiskTable {
-    fn new(radius: f64, slices: Vec<Vec<F32x8>>) -> Self {
-        let most = |slice: &Vec<F32x8>| slice.iter().flat_map(|value| value.0).fold(0.0, f32::max);
-        Self { radius, largest: slices.iter().map(most).collect(), values: slices.concat() }
-    }
-}
-
-/// rho_hat itself: a slice for each angle.
-fn point_table(lamps: &Lamps, views: &ViewGrid, angles: &[f64], azimuths: usize) -> Vec<Vec<F32x8>> {
-    let (centre, turns) = (lamps.material.centre(), lamps.material.turns());
-    let of_azimuth = |azimuth: usize| {
-        let phi = PI * azimuth as f64 / AZIMUTHS as f64;
-        views.rows.iter().map(move |row| centre.toward(Direction::from_angles(row.0, phi)))
-    };
-    let seen: Vec<SurfaceView> = (0..azimuths).flat_map(of_azimuth).collect();
-    let slice = |angle: &f64| -> Vec<F32x8> {
-        let incident = Direction::from_angles(*angle, 0.0);
-        let of_azimuth = |seen: &[SurfaceView]| {
-            let values = lamps.material.means_toward(turns, seen, incident);
-            let mut vectors = vec![F32x8::ZERO; (3 * values.len()).div_ceil(LANES)];
-            for channel in 0..3 {
-                for (row, value) in values.iter().enumerate() {
-                    let at = channel * values.len() + row;
-                    vectors[at / LANES].0[at % LANES] = value[channel] as f32;
-                }
-            }
-            vectors
-        };
-        seen.chunks_exact(views.rows.len()).flat_map(of_azimuth).collect()
-    };
-    angles.par_iter().with_max_len(4).map(slice).collect()
 }
 
 /// The radii that have a table, between the smallest and the largest of these.
@@ -299,14 +310,25 @@ impl WithSimd for AddLights<'_> {
         let of_views = (0..views.quarter.len()).flat_map(|j| views.azimuths(j)).collect::<Vec<_>>();
         // The node before each azimuth, and the part of the way to the next one.
         let mut places = vec![(0_i32, 0.0_f32); of_views.len()];
+        // The first group whose lamps a texel does not have yet.
+        let mut next_group = vec![0; centrals.len()];
         // Neighbouring texels read the same part of the tables for one lamp.
-        for lamp in lamps {
+        for (group, lamp) in lamps.iter().enumerate() {
+            if next_group.iter().all(|next| *next > group) {
+                continue;
+            }
             let strongest = lamp.flux.iter().fold(0.0, |most: f32, flux| most.max(*flux));
             for (channel, flux) in lamp.flux.into_iter().enumerate() {
                 (channel * rows..(channel + 1) * rows).for_each(|at| fluxes[at / LANES].0[at % LANES] = flux);
             }
-            for (into_local, sums) in into_local.iter().zip(sums.chunks_exact_mut(per_texel)) {
-                let direction = Direction::normalised(*into_local * lamp.direction);
+            let texels = into_local.iter().zip(&mut next_group).zip(sums.chunks_exact_mut(per_texel));
+            for ((into_local, next_group), sums) in texels {
+                let direction = *into_local * lamp.direction;
+                if *next_group > group || direction.z > lamp.most_cosine {
+                    continue;
+                }
+                *next_group = group + 1 + lamp.descendants;
+                let direction = Direction::normalised(direction);
                 let (k, next) = place(&table.angles, direction.theta());
                 let (next, turn) = (next as f32, direction.phi());
                 let largest =

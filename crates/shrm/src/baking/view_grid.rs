@@ -40,7 +40,15 @@ impl ViewGrid {
     /// The harmonics up to degree P about this centre, at about (2 F + 8)^2 views, but 16^2 at least, F being
     /// the degree that is fitted.
     pub(super) fn new(p: usize, fitted: usize, terms: Terms, centre: Centre) -> Self {
-        let count = (2 * fitted + 8).max(FEWEST).next_multiple_of(MIRRORED);
+        Self::with_rows((2 * fitted + 8).max(FEWEST).next_multiple_of(MIRRORED), p, terms, centre)
+    }
+
+    /// The harmonics up to another degree at the same views.
+    pub(super) fn to_degree(&self, p: usize, centre: Centre) -> Self {
+        Self::with_rows(self.rows.len(), p, self.terms, centre)
+    }
+
+    fn with_rows(count: usize, p: usize, terms: Terms, centre: Centre) -> Self {
         let rows: Vec<(f64, f64)> = mean_views(centre, count).collect();
         let columns = if terms == Terms::Zonal { MIRRORED } else { count };
         let quarter: Vec<f64> =

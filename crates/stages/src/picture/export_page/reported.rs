@@ -67,8 +67,9 @@ struct ReportedPair {
 #[derive(Deserialize)]
 struct ReportedExport {
     method: String,
-    p95: f64,
-    p99: f64,
+    /// The stops; JSON has no number for infinitely many.
+    p95: Option<f64>,
+    p99: Option<f64>,
     file: Option<u64>,
     texture: String,
 }
@@ -93,7 +94,7 @@ impl Reports {
         self.0.iter().find_map(|report| {
             let export = report.pair(pair)?.export(form, look)?;
             let is_own = look.export.is_none_or(|files| report.used_at_any(files));
-            let error = FormError { p95: export.p95, p99: export.p99, by: MeasuredBy::Report };
+            let error = FormError { p95: export.p95?, p99: export.p99?, by: MeasuredBy::Report };
             is_own.then(|| ReportedForm { error, bytes: export.file, texture: export.texture.clone() })
         })
     }
@@ -154,5 +155,27 @@ impl ReportedPair {
             Form::Plain => of("reflection-map"),
             Form::Table | Form::Transfer | Form::Irradiance | Form::Mirror => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In light that is black, an error may be infinite: the report is read, and has no figure of the form.
+    #[test]
+    fn an_infinite_error_is_no_figure() {
+        let report = |p95: f64| {
+            let export = serde_json::json!({
+                "method": "taps", "p95": p95, "p99": 0.5, "file": null, "texture": "levels"
+            });
+            let pair = serde_json::json!({
+                "environment": "sky", "material": "gold", "exports": [export]
+            });
+            let recipe = serde_json::json!({ "kind": "report", "inputs": {} });
+            let report = serde_json::json!({ "schema": REPORT_SCHEMA, "specula": recipe, "pairs": [pair] });
+            Report::read(report.to_string().as_bytes()).unwrap().pairs[0].exports[0].p95
+        };
+        assert_eq!((report(f64::INFINITY), report(0.25)), (None, Some(0.25)));
     }
 }
