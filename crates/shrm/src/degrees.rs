@@ -131,7 +131,8 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
     let CutAllowance { share, dark, rule } = allowance;
     let highest = trial.f.len() - 1;
     let measure = |f: usize, p: usize| -> Cut {
-        let [p95, p99] = stops::quantiles_of(samples, |_, sample| sample.stops(trial, f, p, dark));
+        let mut stops: Vec<f64> = samples.iter().flat_map(|sample| sample.stops(trial, f, p, dark)).collect();
+        let [p95, p99] = stops::quantiles(&mut stops);
         let degree = |l: usize| Degree::new(l).unwrap_or(Degree::MAX);
         let rms = trial.rms[trial.p[p]];
         let p = degree(trial.p[p]);

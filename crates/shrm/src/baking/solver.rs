@@ -204,7 +204,7 @@ mod tests {
             let views = ViewGrid::new(p, p, terms, Centre::Reflection);
             let value = |i: usize, lane: usize| {
                 let grain = (((i * 2_654_435_761) >> 7) % 1000) as f32 / 1000.0;
-                0.2 + grain * if i % 53 == 0 { 10_f32.powi(lane as i32 - 3) } else { 0.1 }
+                0.2 + grain * if i.is_multiple_of(53) { 10_f32.powi(lane as i32 - 3) } else { 0.1 }
             };
             let lit: Vec<F32x8> =
                 (0..views.len()).map(|i| F32x8(std::array::from_fn(|lane| value(i, lane)))).collect();
