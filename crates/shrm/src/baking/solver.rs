@@ -196,8 +196,8 @@ mod tests {
         (coefficients, squares)
     }
 
-    /// With a factor the square is as near to the least as the rule for the end allows, also beside a highlight
-    /// that is ten thousand times as bright.
+    /// With a factor the square is as near to the least as the rule for the end allows, also beside a
+    /// highlight that is ten thousand times as bright.
     #[test]
     fn a_factor_leaves_no_more_than_steps_without_it() {
         for (p, terms) in [(2, Terms::All), (4, Terms::All), (6, Terms::Zonal)] {
