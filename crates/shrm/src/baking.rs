@@ -480,7 +480,6 @@ mod tests {
             }
             stops.sort_by(f32::total_cmp);
             let at = |share: f64| stops[(share * stops.len() as f64) as usize];
-            eprintln!("{}: {} {} {}", material.name(), grouped.lamps.len(), at(0.95), at(0.99));
             assert!(at(0.95) < 0.02 && at(0.99) < 0.066, "{}: {} {}", material.name(), at(0.95), at(0.99));
         }
     }

@@ -73,7 +73,7 @@ pub struct LampLevels {
 const MOST_POINTS: usize = 1024;
 
 /// Features of what a surface reflects are not wider than this, in radians: its cosine has them.
-const WIDEST: f64 = 0.5;
+pub(crate) const WIDEST: f64 = 0.5;
 
 /// A lamp whose centre is lower than its radius, by this much more than rounding moves its points, is below
 /// the horizon.
@@ -81,7 +81,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// At a distance from the highlight's peak, features are as wide as this share of it: the tails of GGX fall
 /// with the fourth power.
-const TAIL: f64 = 0.2;
+pub(crate) const TAIL: f64 = 0.2;
 
 impl Lamps {
     /// The radiance of the lights alone toward `view`, in the world's frame, from a surface whose central

@@ -10,10 +10,7 @@ use brdf::{Centre, Material};
 use sh::Light;
 use sphere::{DVec3, Direction};
 
-/// The width of features of rho_hat away from the highlight, as a share of the distance, and its maximum in
-/// radians.
-pub(super) const AWAY: f64 = 0.2;
-pub(super) const WIDEST: f64 = 0.5;
+use crate::lamps::{TAIL, WIDEST};
 
 /// The share of a feature's width that a group may have as its extent: the error falls with its square.
 const MOST_EXTENT: f64 = 0.2;
@@ -49,7 +46,7 @@ fn least_angle(extent: f64, width: f64, centre: Centre) -> Option<f64> {
     let feature = extent / MOST_EXTENT;
     match centre {
         _ if feature <= width => Some(0.0),
-        Centre::Reflection if feature <= WIDEST => Some(extent + feature / AWAY),
+        Centre::Reflection if feature <= WIDEST => Some(extent + feature / TAIL),
         _ => None,
     }
 }

@@ -15,11 +15,11 @@ use sh::f64x4::SimdLevel;
 use sh::{Light, POINT};
 use sphere::{DVec3, Direction};
 
-use super::lamp_groups::{AWAY, LampGroup, WIDEST, groups};
+use super::lamp_groups::{LampGroup, groups};
 use super::view_grid::{MIRRORED, ViewGrid};
 use super::view_sums::{F32x8, LANES, load, store};
 use crate::frame;
-use crate::lamps::Lamps;
+use crate::lamps::{Lamps, TAIL, WIDEST};
 use crate::mean_lobe::{angles, place};
 
 /// Nodes of the azimuth over half a turn, besides the first.
@@ -143,7 +143,7 @@ impl LightTable {
                     .points(width)
             };
             // Away from a highlight about R, rho_hat is smooth.
-            let away = if centre == Centre::Reflection { AWAY * (angle - radius) } else { 0.0 };
+            let away = if centre == Centre::Reflection { TAIL * (angle - radius) } else { 0.0 };
             let mut width = away.clamp(width, WIDEST.max(width));
             let mut points = light(width);
             while points.len() > MOST_POINTS && width < WIDEST {
