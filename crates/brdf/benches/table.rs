@@ -1,11 +1,12 @@
 //! `table`: the time of a BRDF table. The goal for an Ashikhmin-Shirley table of 128 x 128 views is 3 s on
 //! two cores. `checks`: the albedos and the reciprocity of a material, which each import of one computes.
+//! `projection`: its coefficients at degrees that are cut later, for a light.
 
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark may panic")]
 
 use brdf::{
-    AshikhminShirley, Material, MeasuredAnisotropic, PoulinFournier, Standard, StandardParameters, Ward,
-    checks, from_half_and_difference, tabulate,
+    AshikhminShirley, Choice, Material, MeasuredAnisotropic, PoulinFournier, Standard, StandardParameters,
+    Ward, checks, from_half_and_difference, project, tabulate,
 };
 use criterion::{Criterion, criterion_group, criterion_main};
 use sh::{Degree, Stop};
@@ -48,7 +49,7 @@ fn tables(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn albedos(criterion: &mut Criterion) {
+fn one_material(criterion: &mut Criterion) {
     let gold = StandardParameters {
         base_color: [1.0, 0.77, 0.34],
         metallic: 1.0,
@@ -57,7 +58,10 @@ fn albedos(criterion: &mut Criterion) {
     };
     let gold = Material::Standard(Standard::new(gold).unwrap());
     criterion.bench_function("checks/standard", |bencher| bencher.iter(|| checks(&gold)));
+    criterion.bench_function("projection/standard", |bencher| {
+        bencher.iter(|| project(&gold, Choice::Full, Stop::NEVER).unwrap());
+    });
 }
 
-criterion_group!(benches, tables, albedos);
+criterion_group!(benches, tables, one_material);
 criterion_main!(benches);

@@ -17,6 +17,7 @@ mod quadrature;
 pub mod scattered;
 mod table;
 mod view_expansion;
+mod view_values;
 pub mod zernike;
 
 pub use base_color_texture::{BaseColorTexture, TexturePlacement, Wrap};
@@ -34,6 +35,7 @@ pub use models::*;
 pub use non_negative::{MOST_UNKNOWNS, NearestBrdf, NearestBrdfError, nearest_non_negative, unknowns};
 pub use projection::{Choice, MOST_COEFFICIENTS, Projection, ProjectionError, project};
 pub use table::{BelowHorizon, BrdfTable, TableError, ViewCoefficients, Views, captured, tabulate};
+pub use view_values::ViewValues;
 
 /// The revisions of the kernels, for the kinds of stage that call them.
 pub mod revisions {

@@ -37,7 +37,7 @@ pub use error::{MOST_COEFFICIENTS, ProjectionError};
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 2;
+pub const REVISION: u32 = 3;
 
 /// How the degrees of a projection are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,8 +134,8 @@ pub fn project(material: &Material, choice: Choice, stop: Stop<'_>) -> Result<Pr
     // matter.
     let anisotropic = !material.is_isotropic() && centre != Centre::Tangent;
     let turns = material.turns();
-    let rho_hats = |pairs: &[[Direction; 2]], values: &mut [[f64; 3]]| {
-        material.means_over_turns(turns, pairs, values);
+    let rho_hats = |outgoing: Direction, incident: &[Direction], values: &mut [[f64; 3]]| {
+        material.means_over_turns(turns, outgoing, incident, values);
     };
     let mut projection = general(centre, &rho_hats, choice, stop)?;
     projection.anisotropic = anisotropic;
@@ -190,12 +190,20 @@ fn general(
         Choice::Full => full::full(source, Grid::full())?,
         Choice::Sketch { f } => full::full(source, Grid::sketch(f.get()))?,
     };
-    let mut rho = Vec::with_capacity((f + 1) * (p + 1) * (p + 1));
-    for rows in table.rho.chunks_exact((table.p + 1) * (table.p + 1)).take(f + 1) {
-        for row in rows.chunks_exact(table.p + 1).take(p + 1) {
-            rho.extend_from_slice(&row[..=p]);
+    let count = (f + 1) * (p + 1) * (p + 1);
+    let rho = if table.p == p {
+        let mut rho = table.rho;
+        rho.truncate(count);
+        rho
+    } else {
+        let mut rho = Vec::with_capacity(count);
+        for rows in table.rho.chunks_exact((table.p + 1) * (table.p + 1)).take(f + 1) {
+            for row in rows.chunks_exact(table.p + 1).take(p + 1) {
+                rho.extend_from_slice(&row[..=p]);
+            }
         }
-    }
+        rho
+    };
     let degree = |l| Degree::new(l).map_err(|_| ProjectionError::TooMany { f, p });
     let projection = Projection::new(centre, degree(f)?, degree(p)?, rho, table.total)?;
     Ok(Projection { uncertainty: table.error, ..projection })

@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use brdf::BrdfCoefficients;
+use rayon::prelude::*;
 use sh::{Degree, Expansion, Stop, Stopped, Window};
 
 use crate::degree_rule::{DegreeRule, MapDegree, energy_per_central_degree};
@@ -29,7 +30,7 @@ mod trial;
 
 /// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
 /// revision.
-pub const REVISION: u32 = 3;
+pub const REVISION: u32 = 4;
 
 /// Stops that 5 of 100 samples, and 1 of 100, may exceed by what P cuts.
 const SHOWS: [f64; 2] = [0.06, 0.12];
@@ -142,8 +143,9 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
     let within = |cut: &Cut, limits: [f64; 2]| cut.map.p95 <= limits[0] && cut.map.p99 <= limits[1];
     let last = trial.p.len() - 1;
     let shows = SHOWS.map(|stops| share * stops);
+    let of_p: Vec<Cut> = (0..last + 1).into_par_iter().with_max_len(1).map(|p| measure(highest, p)).collect();
     let by_rule = rule.and_then(|rule| {
-        let measured: Vec<MapDegree> = (0..=last).map(|p| measure(highest, p).map).collect();
+        let measured: Vec<MapDegree> = of_p.iter().map(|cut| cut.map).collect();
         DegreeRule { tolerance: rule.tolerance.scaled(share), ..rule }.choose(&measured)
     });
     let (p, is_met, enough) = match by_rule {
@@ -151,14 +153,15 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
             (trial.p.iter().position(|tried| *tried == p.get()).unwrap_or(last), is_met, enough)
         }
         None => {
-            let found = (0..=last).find(|p| within(&measure(highest, *p), shows));
+            let found = of_p.iter().position(|cut| within(cut, shows));
             (found.unwrap_or(last), found.is_some(), None)
         }
     };
-    let reached = measure(highest, p);
+    let reached = of_p[p];
     let MapDegree { p95, p99, .. } = reached.map;
     let limits = [p95 + share * SHOWS_BESIDE[0], p99 + share * SHOWS_BESIDE[1]];
-    let cut = (0..highest).map(|f| measure(f, p)).find(|cut| within(cut, limits)).unwrap_or(reached);
+    let of_f = (0..highest).into_par_iter().with_max_len(1).map(|f| measure(f, p));
+    let cut = of_f.find_first(|cut| within(cut, limits)).unwrap_or(reached);
     Cut { map: MapDegree { is_met, enough, ..cut.map }, ..cut }
 }
 

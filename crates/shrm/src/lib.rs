@@ -67,6 +67,7 @@ pub mod revisions {
     pub use crate::components::REVISION as COMPONENTS;
     pub use crate::degrees::REVISION as DEGREES;
     pub use crate::fit::REVISION as FIT;
+    pub use crate::mean_lobe::REVISION as MEAN_LOBE;
     pub use crate::prefilter::REVISION as PREFILTER;
     pub use crate::reference::REVISION as REFERENCE;
     pub use crate::resample::REVISION as RESAMPLING;

@@ -10,12 +10,16 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use brdf::{Centre, Material, SurfaceView};
+use brdf::{Centre, Material, SurfaceView, ViewValues};
 use rayon::prelude::*;
 use sh::{Degree, Expansion, Light};
 use sphere::Direction;
 
 use crate::plain::Plain;
+
+/// Raised when the results of this kernel change: every kind of stage that calls it adds this to its own
+/// revision.
+pub const REVISION: u32 = 1;
 
 /// The mean of rho_hat over some views, by the angle between light and central direction.
 #[derive(Debug)]
@@ -89,15 +93,28 @@ impl MeanLobe {
         let (centre, turns) = (material.centre(), material.turns());
         let (seen, weights): (Vec<SurfaceView>, Vec<f64>) =
             views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).unzip();
-        let value = |angle: &f64| {
-            let incident = Direction::from_angles(*angle, 0.0);
-            let mut sum = [0.0; 3];
-            for (weight, rho) in weights.iter().zip(material.means_toward(turns, &seen, incident)) {
-                (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
+        let incident: Vec<_> = nodes.angles.iter().map(|angle| Direction::from_angles(*angle, 0.0)).collect();
+        let has_horizon = material.has_horizon();
+        // In the mean over the views of a few, which the number of threads does not change.
+        let of_views = |(views, weights): (&[SurfaceView], &[f64])| {
+            let (mut sums, mut rho) = (vec![[0.0; 3]; incident.len()], ViewValues::default());
+            for (view, weight) in views.iter().zip(weights) {
+                rho.fill(view, &incident, has_horizon, |outgoing, incident, values| {
+                    material.means_over_turns(turns, outgoing, incident, values);
+                });
+                for (sum, rho) in sums.iter_mut().zip(rho.values()) {
+                    (0..3).for_each(|channel| sum[channel] += weight * rho[channel]);
+                }
             }
-            sum
+            sums
         };
-        let values = nodes.angles.par_iter().with_max_len(4).map(value).collect();
+        let parts = seen.par_chunks(AZIMUTHS).zip(weights.par_chunks(AZIMUTHS)).map(of_views);
+        let mut values = vec![[0.0; 3]; incident.len()];
+        for part in parts.collect::<Vec<_>>() {
+            for (value, part) in values.iter_mut().zip(part) {
+                (0..3).for_each(|channel| value[channel] += part[channel]);
+            }
+        }
         Self { of_point: Zonal { nodes, values } }
     }
 

@@ -155,8 +155,8 @@ impl WithSimd for Sums<'_> {
                     for channel in 0..3 {
                         let value = simd.splat_f64s(value[channel]);
                         for k in 0..VIEWS / LANES {
-                            let part = simd.mul_f64s(value, load(simd, &views[row][k]));
-                            sums[channel][k] = simd.add_f64s(sums[channel][k], part);
+                            sums[channel][k] =
+                                simd.mul_add_f64s(value, load(simd, &views[row][k]), sums[channel][k]);
                         }
                     }
                 }

@@ -364,18 +364,23 @@ impl Material {
         sum
     }
 
-    /// [`Material::mean_over_turns`] of many pairs of the incident and the outgoing direction: the same
-    /// values, faster.
+    /// [`Material::mean_over_turns`] of light from many directions toward one view: the same values, faster.
     ///
     /// # Panics
-    /// If there are not as many values as pairs.
-    pub fn means_over_turns(&self, turns: usize, pairs: &[[Direction; 2]], values: &mut [[f64; 3]]) {
+    /// If there are not as many values as directions.
+    pub fn means_over_turns(
+        &self,
+        turns: usize,
+        outgoing: Direction,
+        incident: &[Direction],
+        values: &mut [[f64; 3]],
+    ) {
         if turns == 1 {
-            return self.rho_hats(pairs, values);
+            return self.rho_hats_toward(outgoing, incident, values);
         }
-        assert_eq!(pairs.len(), values.len(), "a value for each pair");
+        assert_eq!(incident.len(), values.len(), "a value for each direction");
         let mean = |incident, outgoing| self.mean_over_turns(turns, incident, outgoing);
-        one_by_one(mean, pairs.iter().copied(), values);
+        one_by_one(mean, toward(outgoing, incident), values);
     }
 
     /// [`Material::mean_over_turns`] toward each of these views, of light from one direction in the frame of
@@ -383,7 +388,12 @@ impl Material {
     pub fn means_toward(&self, turns: usize, views: &[SurfaceView], incident: Direction) -> Vec<[f64; 3]> {
         let pairs: Vec<_> = views.iter().map(|view| [view.incident(incident), view.outgoing()]).collect();
         let mut values = vec![[0.0; 3]; pairs.len()];
-        self.means_over_turns(turns, &pairs, &mut values);
+        if turns == 1 {
+            self.rho_hats(&pairs, &mut values);
+        } else {
+            let mean = |incident, outgoing| self.mean_over_turns(turns, incident, outgoing);
+            one_by_one(mean, pairs, &mut values);
+        }
         values
     }
 

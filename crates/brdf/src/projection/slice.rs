@@ -19,8 +19,8 @@ use super::legendre::{F64x16, LANES, Legendre};
 use crate::Centre;
 use crate::quadrature::{NODES, Panel, RULE};
 
-/// Computes rho_hat of pairs of the incident and the outgoing direction.
-pub(super) type RhoHats<'a> = &'a (dyn Fn(&[[Direction; 2]], &mut [[f64; 3]]) + Sync);
+/// Computes rho_hat toward one view of light from some directions.
+pub(super) type RhoHats<'a> = &'a (dyn Fn(Direction, &[Direction], &mut [[f64; 3]]) + Sync);
 
 /// The function that is projected.
 #[derive(Clone, Copy)]
@@ -37,7 +37,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     pub(super) fn rho_hat(&self, incident: Direction, outgoing: Direction) -> [f64; 3] {
         let mut value = [[0.0; 3]];
-        (self.rho_hats)(&[[incident, outgoing]], &mut value);
+        (self.rho_hats)(outgoing, &[incident], &mut value);
         value[0]
     }
 }
@@ -121,11 +121,10 @@ impl<'a> Outgoing<'a> {
         Self { source, theta_o, axes, view }
     }
 
-    /// The incident direction, in the frame of the surface, and the view.
-    fn pair(&self, (cosine, sine): (f64, f64), cos_phi: f64, sin_phi: f64) -> [Direction; 2] {
+    /// The incident direction, in the frame of the surface.
+    fn incident(&self, (cosine, sine): (f64, f64), cos_phi: f64, sin_phi: f64) -> Direction {
         let [x, y, z] = self.axes;
-        let incident = x * (sine * cos_phi) + y * (sine * sin_phi) + z * cosine;
-        [Direction::from_unit(incident), self.view]
+        Direction::from_unit(x * (sine * cos_phi) + y * (sine * sin_phi) + z * cosine)
     }
 }
 
@@ -161,7 +160,7 @@ pub(super) fn slice(
         swing: 0.0,
         evaluations: 0,
     };
-    let [incident, view] = outgoing.pair((1.0, 0.0), 1.0, 0.0);
+    let (incident, view) = (outgoing.incident((1.0, 0.0), 1.0, 0.0), outgoing.view);
     let top = source.rho_hat(incident, view);
     let widest = (PHASE / f.max(1) as f64).clamp(WIDEST / 3.0, WIDEST);
     let mut columns = Columns {
@@ -314,10 +313,10 @@ impl Circle<'_> {
         let mut first = lane == 0;
         while let Some(panel) = waiting.pop() {
             let turns = turns(panel);
-            let pairs = turns
-                .map(|(sin_phi, cos_phi)| self.outgoing.pair((self.cosine, self.sine), cos_phi, sin_phi));
+            let incident = turns
+                .map(|(sin_phi, cos_phi)| self.outgoing.incident((self.cosine, self.sine), cos_phi, sin_phi));
             let mut values = [[0.0; 3]; NODES];
-            (self.outgoing.source.rho_hats)(&pairs, &mut values);
+            (self.outgoing.source.rho_hats)(self.outgoing.view, &incident, &mut values);
             let mut cosines = [0.0; LANES];
             let [mut kronrod, mut gauss] = [0.0; 2];
             for (i, (node, (_, cos_phi))) in RULE.into_iter().zip(turns).enumerate() {

@@ -120,7 +120,8 @@ impl Kind for ExportReflectionMap {
 
     const NAME: &'static str = "export-reflection-map";
     const REVISION: u32 = 1;
-    const KERNELS: &'static [u32] = &[sh::revisions::TRANSFORM, brdf::revisions::MODELS];
+    const KERNELS: &'static [u32] =
+        &[sh::revisions::TRANSFORM, brdf::revisions::MODELS, shrm::revisions::MEAN_LOBE];
     const TEXT: &'static str = include_str!("export_reflection_map.rs");
 
     fn ports() -> Vec<Port> {

@@ -23,6 +23,7 @@ pub(crate) const KERNELS: &[u32] = &[
     shrm::revisions::RESAMPLING,
     shrm::revisions::FIT,
     shrm::revisions::BAKING,
+    shrm::revisions::MEAN_LOBE,
     brdf::revisions::MODELS,
 ];
 

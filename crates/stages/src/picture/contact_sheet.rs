@@ -86,8 +86,12 @@ impl Kind for ContactSheet {
 
     const NAME: &'static str = "contact-sheet";
     const REVISION: u32 = 2;
-    const KERNELS: &'static [u32] =
-        &[sh::revisions::TRANSFORM, envmap::revisions::LAMPS, brdf::revisions::MODELS];
+    const KERNELS: &'static [u32] = &[
+        sh::revisions::TRANSFORM,
+        envmap::revisions::LAMPS,
+        brdf::revisions::MODELS,
+        shrm::revisions::MEAN_LOBE,
+    ];
     const TEXT: &'static str = include_str!("contact_sheet.rs");
     const SHOWS_KEYS: bool = true;
     const SLOW: bool = true;

@@ -328,6 +328,7 @@ impl Kind for ReportKind {
         brdf::revisions::TABLE,
         transfer::revisions::SHADING,
         shrm::revisions::SYNTHESIS,
+        shrm::revisions::MEAN_LOBE,
         taps::revisions::SCALE_SPACE,
         taps::revisions::FIT,
         shrm::revisions::DEGREES,

@@ -1,0 +1,32 @@
+//! The degrees of a projection, and how fine rho_hat is sampled for them.
+
+/// The highest F: finer than what a soft light and a highlight of GGX roughness 0.1 share.
+pub(in super::super) const F: usize = 255;
+
+/// The highest P: above the 16 that maps have, so that a cut at 16 can be compared with something.
+pub(super) const P: usize = 24;
+
+/// The degrees and the nodes of a projection.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Grid {
+    /// The highest F.
+    pub(super) f: usize,
+    /// The highest P.
+    pub(super) p: usize,
+    /// The number of nodes of theta_o.
+    pub(super) outgoing: usize,
+    /// The number of nodes of phi over half a turn.
+    pub(super) azimuths: usize,
+}
+
+impl Grid {
+    /// The grid of [`crate::Choice::Full`].
+    pub(in super::super) const fn full() -> Self {
+        Self { f: F, p: P, outgoing: 80, azimuths: 48 }
+    }
+
+    /// A coarse grid up to this F: a tenth of the work.
+    pub(in super::super) fn sketch(f: usize) -> Self {
+        Self { f: f.min(F), p: 20, outgoing: 48, azimuths: 32 }
+    }
+}
