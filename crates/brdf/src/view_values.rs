@@ -14,8 +14,8 @@ pub struct ViewValues {
 
 impl ViewValues {
     /// Fills this with the value of each incident direction, which are in the frame of the central direction.
-    /// `rho_hats` computes the values toward a view of some directions in the frame of the surface. Those from
-    /// below the horizon are 0 if the material has one, and are not asked for.
+    /// `rho_hats` computes the values toward a view of some directions in the frame of the surface. Values of
+    /// light from below the horizon are 0 if the material has one, and are not asked for.
     pub fn fill(
         &mut self,
         view: &SurfaceView,

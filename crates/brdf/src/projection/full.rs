@@ -3,9 +3,13 @@
 //! How many degrees show depends on the light as much as on the material, so this projection makes more than
 //! any light needs, quickly: rho_hat is sampled on a fixed grid. Its nodes are those of Gauss and Legendre
 //! over the cosine of theta_o; midpoints over half a turn of phi; and panels of theta_i that are narrow about
-//! the central direction, where highlights are, and nowhere wider than the highest degree resolves. So the
-//! work is the same for every material, and what a kink or a peak at grazing views loses is far less than the
-//! cut that follows.
+//! the central direction, where highlights are. On a panel rho_hat is the polynomial through its values at
+//! the nodes; the functions that it is integrated with vary faster, and have nodes on parts of the panel. So
+//! the work is the same for every material, and what a kink or a peak at grazing views loses is far less than
+//! the cut that follows.
+//!
+//! Functions of phi and of theta_o are even or odd about a right angle, so that the values on both sides are
+//! added, or subtracted, before they are multiplied with the functions.
 //!
 //! A view below the surface (about the normal) is seen by nobody. There the material is continued as its
 //! mirror image, which leaves no edge at the horizon to ring.

@@ -15,8 +15,11 @@ use crate::{Centre, SurfaceView, ViewValues};
 /// Vectors that hold a number for each even q.
 const EVEN: usize = (P / 2 + 1).div_ceil(LANES);
 
+/// Vectors that hold a number for each odd q.
+const ODD: usize = P.div_ceil(2).div_ceil(LANES);
+
 /// Vectors that hold a number for each q, first the even and then the odd ones.
-const VECTORS: usize = EVEN + P.div_ceil(2).div_ceil(LANES);
+const VECTORS: usize = EVEN + ODD;
 
 /// The vector and the lane that hold the number of a q.
 fn place(q: usize) -> (usize, usize) {
@@ -91,7 +94,7 @@ impl OutgoingNodes {
         let incident: Vec<Direction> =
             (0..azimuths).map(|j| Direction::from_angles(theta_i, azimuth(j, azimuths))).collect();
         let mut energy = 0.0;
-        let (mut lit, mut ends) = (Vec::new(), Vec::with_capacity(self.outgoing.len()));
+        let (mut lit, mut bounds) = (Vec::new(), vec![0]);
         let mut values = ViewValues::default();
         for ((theta_o, weight), view) in self.outgoing.iter().zip(&self.seen) {
             values.fill(view, &incident, !source.below, source.rho_hats);
@@ -112,13 +115,13 @@ impl OutgoingNodes {
                 if *near != [0.0; 3] || *far != [0.0; 3] {
                     let sum = std::array::from_fn(|channel| near[channel] + far[channel]);
                     let difference = std::array::from_fn(|channel| near[channel] - far[channel]);
-                    lit.push(LitAzimuth { azimuth: j, sum, difference });
+                    lit.push(LitAzimuth { azimuth: j, folded: [sum, difference] });
                 }
             }
-            ends.push(lit.len());
+            bounds.push(lit.len());
         }
         let mut moments = vec![[F64x4::ZERO; VECTORS]; 3 * (self.grid.p + 1)];
-        self.level.run(OutgoingMoments { nodes: self, lit: &lit, ends: &ends, moments: &mut moments });
+        self.level.run(OutgoingMoments { nodes: self, lit: &lit, bounds: &bounds, moments: &mut moments });
         Ok(IncidentSlice { moments, energy })
     }
 }
@@ -127,8 +130,7 @@ impl OutgoingNodes {
 struct LitAzimuth {
     azimuth: usize,
     /// The sum of rho_hat at both, and the difference.
-    sum: [f64; 3],
-    difference: [f64; 3],
+    folded: [[f64; 3]; 2],
 }
 
 /// The integrals over theta_o and phi.
@@ -136,8 +138,8 @@ struct OutgoingMoments<'a> {
     nodes: &'a OutgoingNodes,
     /// The azimuths of each theta_o where rho_hat is not zero.
     lit: &'a [LitAzimuth],
-    /// The end of those of each theta_o.
-    ends: &'a [usize],
+    /// Where those of each theta_o begin, and the end.
+    bounds: &'a [usize],
     moments: &'a mut [[F64x4; VECTORS]],
 }
 
@@ -147,17 +149,17 @@ impl WithSimd for OutgoingMoments<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let side = self.nodes.grid.p + 1;
-        let count = self.ends.len();
-        let of_node =
-            |node: usize| &self.lit[if node == 0 { 0 } else { self.ends[node - 1] }..self.ends[node]];
+        let last = self.bounds.len() - 2;
+        let of_node = |node: usize| &self.lit[self.bounds[node]..self.bounds[node + 1]];
         for (node, functions) in self.nodes.functions.chunks_exact(side).enumerate() {
-            let pair = [of_node(node), of_node(count - 1 - node)];
+            let pair = [of_node(node), of_node(last - node)];
             if pair.iter().all(|lit| lit.is_empty()) {
                 continue;
             }
             let mut series = [[[F64x4::ZERO; VECTORS]; 3]; 2];
             for (series, lit) in series.iter_mut().zip(pair) {
-                self.add_series(simd, lit, series);
+                self.add_series::<S, EVEN>(simd, lit, 0, series);
+                self.add_series::<S, ODD>(simd, lit, 1, series);
             }
             let [upper, lower] = &mut series;
             for (upper, lower) in upper.as_flattened_mut().iter_mut().zip(lower.as_flattened_mut()) {
@@ -171,23 +173,12 @@ impl WithSimd for OutgoingMoments<'_> {
                     // f_pq past a right angle is the same again if p + q is even, and negative if it is odd.
                     let [even, odd] =
                         if p.is_multiple_of(2) { [sums, differences] } else { [differences, sums] };
-                    for k in 0..p / 2 / LANES + 1 {
-                        let total = load(simd, &moments[k]);
-                        let term = load(simd, &functions[k]);
-                        store(
-                            simd,
-                            simd.mul_add_f64s(term, load(simd, &even[channel][k]), total),
-                            &mut moments[k],
-                        );
-                    }
-                    for k in EVEN..EVEN + p.div_ceil(2).div_ceil(LANES) {
-                        let total = load(simd, &moments[k]);
-                        let term = load(simd, &functions[k]);
-                        store(
-                            simd,
-                            simd.mul_add_f64s(term, load(simd, &odd[channel][k]), total),
-                            &mut moments[k],
-                        );
+                    let evens = (0..p / 2 / LANES + 1).map(|k| (k, even));
+                    let odds = (EVEN..EVEN + p.div_ceil(2).div_ceil(LANES)).map(|k| (k, odd));
+                    for (k, series) in evens.chain(odds) {
+                        let (term, factor) = (load(simd, &functions[k]), load(simd, &series[channel][k]));
+                        let sum = simd.mul_add_f64s(term, factor, load(simd, &moments[k]));
+                        store(simd, sum, &mut moments[k]);
                     }
                 }
             }
@@ -196,37 +187,29 @@ impl WithSimd for OutgoingMoments<'_> {
 }
 
 impl OutgoingMoments<'_> {
-    /// The integrals over phi of rho_hat cos(q phi) at one theta_o, [channel, q].
+    /// The integrals over phi of rho_hat cos(q phi) at one theta_o, [channel, q], for even or for odd q.
     #[inline(always)]
-    fn add_series<S: Simd>(&self, simd: S, lit: &[LitAzimuth], series: &mut [[F64x4; VECTORS]; 3]) {
-        let mut even = [[simd.splat_f64s(0.0); EVEN]; 3];
-        for LitAzimuth { azimuth, sum, .. } in lit {
-            let cosines = &self.nodes.cosines[*azimuth];
-            for k in 0..EVEN {
-                let cosine = load(simd, &cosines[k]);
+    fn add_series<S: Simd, const COUNT: usize>(
+        &self,
+        simd: S,
+        lit: &[LitAzimuth],
+        parity: usize,
+        series: &mut [[F64x4; VECTORS]; 3],
+    ) {
+        let first = parity * EVEN;
+        let mut sums = [[simd.splat_f64s(0.0); COUNT]; 3];
+        for LitAzimuth { azimuth, folded } in lit {
+            for k in 0..COUNT {
+                let cosine = load(simd, &self.nodes.cosines[*azimuth][first + k]);
                 for channel in 0..3 {
-                    even[channel][k] =
-                        simd.mul_add_f64s(cosine, simd.splat_f64s(sum[channel]), even[channel][k]);
+                    let value = simd.splat_f64s(folded[parity][channel]);
+                    sums[channel][k] = simd.mul_add_f64s(cosine, value, sums[channel][k]);
                 }
             }
         }
-        let mut odd = [[simd.splat_f64s(0.0); VECTORS - EVEN]; 3];
-        for LitAzimuth { azimuth, difference, .. } in lit {
-            let cosines = &self.nodes.cosines[*azimuth];
-            for k in 0..VECTORS - EVEN {
-                let cosine = load(simd, &cosines[EVEN + k]);
-                for channel in 0..3 {
-                    odd[channel][k] =
-                        simd.mul_add_f64s(cosine, simd.splat_f64s(difference[channel]), odd[channel][k]);
-                }
-            }
-        }
-        for channel in 0..3 {
-            for k in 0..EVEN {
-                store(simd, even[channel][k], &mut series[channel][k]);
-            }
-            for k in 0..VECTORS - EVEN {
-                store(simd, odd[channel][k], &mut series[channel][EVEN + k]);
+        for (series, sums) in series.iter_mut().zip(sums) {
+            for (k, sum) in sums.into_iter().enumerate() {
+                store(simd, sum, &mut series[first + k]);
             }
         }
     }
