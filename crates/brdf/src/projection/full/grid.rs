@@ -13,9 +13,9 @@ pub(in super::super) struct Grid {
     pub(super) f: usize,
     /// The highest P.
     pub(super) p: usize,
-    /// The number of nodes of theta_o.
+    /// The number of nodes of theta_o, even.
     pub(super) outgoing: usize,
-    /// The number of nodes of phi over half a turn.
+    /// The number of nodes of phi over half a turn, even.
     pub(super) azimuths: usize,
 }
 

@@ -19,7 +19,7 @@ const WIDEST: f64 = 0.2;
 /// The widest part of a panel times the highest degree F: its nodes resolve that degree.
 const WIDEST_PART: f64 = 17.0;
 
-/// How much wider a panel is than its distance from the central direction, at most.
+/// The width of a panel as a share of its distance from the central direction, at most.
 const GROWTH: f64 = 1.0;
 
 /// A range of theta_i over which rho_hat is a polynomial through its values at the nodes. The functions that
@@ -149,5 +149,49 @@ impl WithSimd for IncidentMoments<'_> {
             }
         }
         sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A highlight times a Legendre function of the highest degree, against Gauss's rule of many nodes.
+    #[test]
+    fn a_highlight_times_a_fine_function_is_integrated() {
+        let highlight = |theta: f64| (-(theta / 0.1).powi(2)).exp() + 0.1 * theta.cos().powi(2);
+        let (angles, weights) = gauss_legendre(1000);
+        for (f, q) in [(255, 0), (255, 7), (60, 24), (3, 1)] {
+            let legendre = Legendre::new(f, q);
+            let of = |theta: f64| {
+                let mut last = 0.0;
+                legendre.order(q, &[theta.cos()], &[theta.sin()], |_, value| last = value[0]);
+                last
+            };
+            let expected: f64 = angles
+                .iter()
+                .zip(&weights)
+                .map(|(theta, weight)| weight * highlight(*theta) * of(*theta))
+                .sum();
+            let panels = incident_panels(f);
+            let (mut sum, mut plain) = (0.0, 0.0);
+            for panel in &panels {
+                let values = panel.angles.map(highlight);
+                for part in &panel.parts {
+                    let mut last = [0.0; NODES];
+                    legendre.order(q, &part.cosine, &part.sine, |_, value| last = *value);
+                    for (function, shares) in last.iter().zip(&part.shares) {
+                        for (value, share) in values.iter().zip(shares.iter().flat_map(|vector| vector.0)) {
+                            sum += function * share * value;
+                        }
+                    }
+                }
+                plain += panel.weights.iter().zip(values).map(|(weight, value)| weight * value).sum::<f64>();
+            }
+            assert!((sum - expected).abs() < 2e-7, "{f} {q}: {sum} {expected}");
+            let expected: f64 =
+                angles.iter().zip(&weights).map(|(theta, weight)| weight * highlight(*theta)).sum();
+            assert!((plain - expected).abs() < 1e-9, "{plain} {expected}");
+        }
     }
 }
