@@ -54,7 +54,7 @@ pub enum Choice {
     /// hold.
     Full,
     /// Degrees for an estimate of what a cut loses, when the light has a degree F: that F and P = 20, at
-    /// about a tenth of the work of [`Choice::Full`]. Tests: within 1 % of the norm of the exact coefficients
+    /// two fifths of the samples of [`Choice::Full`]. Tests: within 1 % of the norm of the exact coefficients
     /// up to F.
     Sketch {
         /// The highest degree F that the light has.

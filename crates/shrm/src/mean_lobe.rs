@@ -95,7 +95,7 @@ impl MeanLobe {
             views.iter().map(|(view, weight)| (centre.toward(*view), *weight)).unzip();
         let incident: Vec<_> = nodes.angles.iter().map(|angle| Direction::from_angles(*angle, 0.0)).collect();
         let has_horizon = material.has_horizon();
-        // In the mean over the views of a few, which the number of threads does not change.
+        // Sums over fixed groups of views, so that the number of threads changes no bit.
         let of_views = |(views, weights): (&[SurfaceView], &[f64])| {
             let (mut sums, mut rho) = (vec![[0.0; 3]; incident.len()], ViewValues::default());
             for (view, weight) in views.iter().zip(weights) {

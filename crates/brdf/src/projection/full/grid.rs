@@ -25,7 +25,7 @@ impl Grid {
         Self { f: F, p: P, outgoing: 80, azimuths: 48 }
     }
 
-    /// A coarse grid up to this F: a tenth of the work.
+    /// A coarse grid up to this F: two fifths of the samples.
     pub(in super::super) fn sketch(f: usize) -> Self {
         Self { f: f.min(F), p: 20, outgoing: 48, azimuths: 32 }
     }

@@ -13,7 +13,8 @@ use crate::projection::legendre::Legendre;
 /// The number of nodes of a panel of theta_i, and of a part of one.
 pub(super) const NODES: usize = 8;
 
-/// The widest panel: away from the central direction rho_hat has no finer features.
+/// The widest panel. What is interpolated are moments up to degree P, which are smooth away from the central
+/// direction.
 const WIDEST: f64 = 0.2;
 
 /// The widest part of a panel times the highest degree F: its nodes resolve that degree.
