@@ -84,7 +84,7 @@ impl SurfaceView {
 
     /// [`SurfaceView::incident`] up to rounding, faster.
     #[inline]
-    pub(crate) fn turned(&self, incident: Direction) -> Direction {
+    pub(crate) fn incident_unnormalised(&self, incident: Direction) -> Direction {
         Direction::from_unit(self.to_surface * incident.vector())
     }
 }

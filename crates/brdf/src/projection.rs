@@ -54,7 +54,7 @@ pub enum Choice {
     /// hold.
     Full,
     /// Degrees for an estimate of what a cut loses, when the light has a degree F: that F and P = 20, at
-    /// two fifths of the samples of [`Choice::Full`]. Tests: within 1 % of the norm of the exact coefficients
+    /// a third of the samples of [`Choice::Full`]. Tests: within 1 % of the norm of the exact coefficients
     /// up to F.
     Sketch {
         /// The highest degree F that the light has.
@@ -137,7 +137,7 @@ pub fn project(material: &Material, choice: Choice, stop: Stop<'_>) -> Result<Pr
     let rho_hats = |outgoing: Direction, incident: &[Direction], values: &mut [[f64; 3]]| {
         material.means_over_turns(turns, outgoing, incident, values);
     };
-    let mut projection = general(centre, &rho_hats, choice, stop)?;
+    let mut projection = general(centre, &rho_hats, !material.has_horizon(), choice, stop)?;
     projection.anisotropic = anisotropic;
     Ok(projection)
 }
@@ -168,15 +168,16 @@ fn radial(centre: Centre, lobe: &ClampedCosine, choice: Choice) -> Result<Projec
     Projection::new(centre, f, p, rho, total)
 }
 
-/// The coefficients of any rho_hat, which is given in the frame of the surface.
+/// The coefficients of any rho_hat, which is given in the frame of the surface, and reflects light from below
+/// the horizon or not.
 fn general(
     centre: Centre,
     rho_hats: RhoHats<'_>,
+    below: bool,
     choice: Choice,
     stop: Stop<'_>,
 ) -> Result<Projection, ProjectionError> {
-    let mut source = Source { centre, rho_hats, below: false, stop };
-    source.below = reaches_below(&|incident, outgoing| source.rho_hat(incident, outgoing));
+    let source = Source { centre, rho_hats, below, stop };
     let (table, f, p) = match choice {
         Choice::Degree { f, p } => {
             let scale = coarse(source)?;

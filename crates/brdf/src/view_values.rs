@@ -24,7 +24,7 @@ impl ViewValues {
         rho_hats: impl Fn(Direction, &[Direction], &mut [[f64; 3]]),
     ) {
         self.incident.clear();
-        self.incident.extend(incident.iter().map(|incident| view.turned(*incident)));
+        self.incident.extend(incident.iter().map(|incident| view.incident_unnormalised(*incident)));
         self.values.clear();
         self.values.resize(incident.len(), [0.0; 3]);
         let is_seen = |incident: &Direction| !has_horizon || incident.vector().z > 0.0;

@@ -143,9 +143,9 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
     let within = |cut: &Cut, limits: [f64; 2]| cut.map.p95 <= limits[0] && cut.map.p99 <= limits[1];
     let last = trial.p.len() - 1;
     let shows = SHOWS.map(|stops| share * stops);
-    let of_p: Vec<Cut> = (0..last + 1).into_par_iter().with_max_len(1).map(|p| measure(highest, p)).collect();
+    let of_p = (0..trial.p.len()).into_par_iter().with_max_len(1);
     let by_rule = rule.and_then(|rule| {
-        let measured: Vec<MapDegree> = of_p.iter().map(|cut| cut.map).collect();
+        let measured: Vec<MapDegree> = of_p.clone().map(|p| measure(highest, p).map).collect();
         DegreeRule { tolerance: rule.tolerance.scaled(share), ..rule }.choose(&measured)
     });
     let (p, is_met, enough) = match by_rule {
@@ -153,11 +153,11 @@ fn least(trial: &Trial, samples: &[Sample], allowance: CutAllowance) -> Cut {
             (trial.p.iter().position(|tried| *tried == p.get()).unwrap_or(last), is_met, enough)
         }
         None => {
-            let found = of_p.iter().position(|cut| within(cut, shows));
+            let found = of_p.find_first(|p| within(&measure(highest, *p), shows));
             (found.unwrap_or(last), found.is_some(), None)
         }
     };
-    let reached = of_p[p];
+    let reached = measure(highest, p);
     let MapDegree { p95, p99, .. } = reached.map;
     let limits = [p95 + share * SHOWS_BESIDE[0], p99 + share * SHOWS_BESIDE[1]];
     let of_f = (0..highest).into_par_iter().with_max_len(1).map(|f| measure(f, p));

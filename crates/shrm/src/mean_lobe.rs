@@ -108,7 +108,7 @@ impl MeanLobe {
             }
             sums
         };
-        let parts = seen.par_chunks(AZIMUTHS).zip(weights.par_chunks(AZIMUTHS)).map(of_views);
+        let parts = seen.par_chunks(VIEWS).zip(weights.par_chunks(VIEWS)).map(of_views);
         let mut values = vec![[0.0; 3]; incident.len()];
         for part in parts.collect::<Vec<_>>() {
             for (value, part) in values.iter_mut().zip(part) {
@@ -382,6 +382,9 @@ pub(crate) fn place(angles: &[f64], angle: f64) -> (usize, f64) {
     let k = angles.partition_point(|node| *node <= angle).clamp(1, angles.len() - 1) - 1;
     (k, ((angle - angles[k]) / (angles[k + 1] - angles[k])).clamp(0.0, 1.0))
 }
+
+/// Views that one thread sums: a ring has work for several.
+const VIEWS: usize = 8;
 
 /// Azimuths of views over half a turn.
 const AZIMUTHS: usize = 40;

@@ -17,6 +17,8 @@
 mod grid;
 mod incident_panels;
 mod outgoing_nodes;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::TAU;
 
@@ -37,7 +39,7 @@ const NEGLIGIBLE: f64 = 1e-11;
 
 /// The coefficients of rho_hat up to the grid's degrees, the F that is enough, and P.
 pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usize), ProjectionError> {
-    let panels = incident_panels(grid.f);
+    let panels = incident_panels(grid);
     let views = OutgoingNodes::new(source.centre, grid);
     let slice = |theta: &f64| {
         source.stop.check()?;
@@ -85,9 +87,8 @@ pub(super) fn full(source: Source<'_>, grid: Grid) -> Result<(Table, usize, usiz
         rho.chunks_exact_mut(side).for_each(|row| row[1..].fill([0.0; 3]));
     }
     let energy: Vec<f64> = energies(&rho, grid.p).chunks_exact(side).map(|row| row.iter().sum()).collect();
-    let evaluations = slices.len() * grid.outgoing * grid.azimuths;
     let total = total.max(energy.iter().sum());
-    Ok((Table { p: grid.p, rho, total, error: 0.0, evaluations }, enough(&energy), grid.p))
+    Ok((Table { p: grid.p, rho, total, error: 0.0 }, enough(&energy), grid.p))
 }
 
 /// The least degree that loses at most the negligible share of these energies.
@@ -102,5 +103,5 @@ pub(super) fn enough(energy: &[f64]) -> usize {
 
 /// The number of times that [`full`] asks whether to stop.
 pub(super) fn steps() -> usize {
-    NODES * incident_panels(Grid::full().f).len()
+    NODES * incident_panels(Grid::full()).len()
 }

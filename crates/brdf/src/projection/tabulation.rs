@@ -49,8 +49,6 @@ pub(super) struct Table {
     pub(super) total: f64,
     /// The differences of both quadrature rules, summed over panels and relative to `total`.
     pub(super) error: f64,
-    /// The number of evaluations of rho_hat.
-    pub(super) evaluations: usize,
 }
 
 /// How far the two quadrature rules may differ on a panel.
@@ -118,8 +116,7 @@ fn pass(
     let incident = Legendre::new(f, p);
     let outgoing = Legendre::new(p, f);
     let side = p + 1;
-    let mut table =
-        Table { p, rho: vec![[0.0; 3]; (f + 1) * side * side], total: 0.0, error: 0.0, evaluations: 0 };
+    let mut table = Table { p, rho: vec![[0.0; 3]; (f + 1) * side * side], total: 0.0, error: 0.0 };
     let (mut peak, mut swing): (f64, f64) = (0.0, 0.0);
     let mut waiting: Vec<Panel> = Panel::split(0.0, PI, WIDEST.min(PHASE / p.max(1) as f64)).collect();
     let at_once = (MOST_MOMENTS / (NODES * (f + 1) * (incident.orders() + 1))).max(1);
@@ -137,7 +134,6 @@ fn pass(
             })
             .collect::<Result<_, ProjectionError>>()?;
         for (panel, slices) in panels.into_iter().zip(slices.chunks_exact(NODES)) {
-            table.evaluations += slices.iter().map(|slice| slice.evaluations).sum::<usize>();
             let part = PanelSum::new(panel, slices, &outgoing, f, incident.orders());
             if !part.is_within(accuracy * scale) && panel.depth < DEEPEST {
                 waiting.extend(panel.halves());

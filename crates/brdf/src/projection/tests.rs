@@ -1,7 +1,7 @@
 //! Projections against closed forms and brute force.
 
 use super::*;
-use crate::{Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Model, OrenNayar, Phong};
+use crate::{Fresnel, Ggx, KajiyaKay, Lambert, Microfacet, Model, Phong};
 use glam::DVec3;
 use sh::Basis;
 use std::f64::consts::PI;
@@ -150,7 +150,7 @@ fn general_table(
     f: usize,
     p: usize,
 ) -> Projection {
-    general(centre, &toward_view(rho_hat), degree(f, p), Stop::NEVER).unwrap()
+    general(centre, &toward_view(rho_hat), reaches_below(rho_hat), degree(f, p), Stop::NEVER).unwrap()
 }
 
 /// The largest difference of two tensors, relative to their norm.
@@ -336,7 +336,14 @@ fn coefficients_agree_with_brute_force() {
 fn the_microfacet_model_needs_the_degrees_of_the_paper() {
     for (sigma, expected) in [(0.1, (23, 2)), (0.2, (11, 2)), (0.3, (7, 2)), (0.4, (5, 2)), (0.5, (4, 2))] {
         let model = microfacet(sigma);
-        let found = general(Centre::Reflection, &toward_view(&model), tolerance(0.03), Stop::NEVER).unwrap();
+        let found = general(
+            Centre::Reflection,
+            &toward_view(&model),
+            reaches_below(&model),
+            tolerance(0.03),
+            Stop::NEVER,
+        )
+        .unwrap();
         let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
         assert_eq!((f, p), expected, "sigma {sigma}");
         assert!(found.captured >= 0.97);
@@ -413,7 +420,14 @@ fn the_number_of_threads_changes_no_bit() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            general(Centre::Reflection, &toward_view(&model), tolerance(0.03), Stop::NEVER).unwrap()
+            general(
+                Centre::Reflection,
+                &toward_view(&model),
+                reaches_below(&model),
+                tolerance(0.03),
+                Stop::NEVER,
+            )
+            .unwrap()
         })
     };
     let one = on(1);
@@ -451,7 +465,14 @@ fn a_view_degree_past_the_incident_degree_is_defined() {
 #[test]
 fn a_black_rho_hat_is_degree_0() {
     let black = |_: Direction, _: Direction| [0.0; 3];
-    let found = general(Centre::Reflection, &toward_view(&black), tolerance(0.01), Stop::NEVER).unwrap();
+    let found = general(
+        Centre::Reflection,
+        &toward_view(&black),
+        reaches_below(&black),
+        tolerance(0.01),
+        Stop::NEVER,
+    )
+    .unwrap();
     assert_eq!((found.coefficients.f().get(), found.coefficients.p().get(), found.captured), (0, 0, 1.0));
     assert_eq!(found.energy_per_p(), [1.0]);
     assert_eq!(general_table(Centre::Reflection, &black, 3, 2).captured, 1.0);
@@ -460,12 +481,14 @@ fn a_black_rho_hat_is_degree_0() {
 #[test]
 fn a_value_that_is_not_finite_is_an_error_with_its_place() {
     let broken = |light: Direction, _: Direction| [if light.vector().z > 0.99 { f64::NAN } else { 1.0 }; 3];
-    let error = general(Centre::Normal, &toward_view(&broken), tolerance(0.01), Stop::NEVER).unwrap_err();
+    let error =
+        general(Centre::Normal, &toward_view(&broken), reaches_below(&broken), tolerance(0.01), Stop::NEVER)
+            .unwrap_err();
     assert!(matches!(error, ProjectionError::NotFinite { theta_i, .. } if theta_i < 8.2), "{error}");
     assert!(error.to_string().starts_with("the material has no finite value at theta_i "));
     let infinite = |_: Direction, _: Direction| [1e200; 3];
     assert!(matches!(
-        general(Centre::Normal, &toward_view(&infinite), degree(2, 1), Stop::NEVER),
+        general(Centre::Normal, &toward_view(&infinite), reaches_below(&infinite), degree(2, 1), Stop::NEVER),
         Err(ProjectionError::NotFinite { .. })
     ));
 }
@@ -473,7 +496,14 @@ fn a_value_that_is_not_finite_is_an_error_with_its_place() {
 #[test]
 fn a_needle_is_too_sharp() {
     let needle = microfacet(1e-4);
-    let error = general(Centre::Reflection, &toward_view(&needle), tolerance(0.01), Stop::NEVER).unwrap_err();
+    let error = general(
+        Centre::Reflection,
+        &toward_view(&needle),
+        reaches_below(&needle),
+        tolerance(0.01),
+        Stop::NEVER,
+    )
+    .unwrap_err();
     assert!(matches!(error, ProjectionError::TooSharp { captured, .. } if captured < 0.9), "{error}");
 }
 
@@ -493,7 +523,14 @@ fn what_misses_the_tolerance_is_kept_if_it_holds_half() {
 #[test]
 fn small_tolerances_are_met() {
     let model = microfacet(0.3);
-    let found = general(Centre::Reflection, &toward_view(&model), tolerance(1e-3), Stop::NEVER).unwrap();
+    let found = general(
+        Centre::Reflection,
+        &toward_view(&model),
+        reaches_below(&model),
+        tolerance(1e-3),
+        Stop::NEVER,
+    )
+    .unwrap();
     let (f, p) = (found.coefficients.f().get(), found.coefficients.p().get());
     let fine = general_table(Centre::Reflection, &model, 2 * f, 2 * p);
     let held: f64 = (0..=f).flat_map(|l| &fine.energy_lp[l * (2 * p + 1)..][..=p]).sum();
@@ -508,71 +545,4 @@ fn an_isotropic_material_is_its_own_mean() {
     let (light, view) = (Direction::from_angles(0.9, 2.0), Direction::from_angles(0.6, -1.0));
     let (found, expected) = (material.mean_over_turns(19, light, view), material.rho_hat(light, view));
     assert!((found[1] - expected[1]).abs() < 1e-13 * expected[1]);
-}
-
-/// The fixed grid gives the coefficients of the adaptive one. Oren-nayar has a kink away from the peak.
-#[test]
-fn full_coefficients_are_the_exact_ones() {
-    let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
-    let materials = [
-        (Material::Microfacet(Microfacet::new(0.2, [1.0, 0.5, 0.2]).unwrap()), [20, 8]),
-        (Material::Ggx(Ggx::new(0.5, metal, [1.0; 3]).unwrap()), [20, 8]),
-        (Material::Ggx(Ggx::new(0.2, metal, [1.0; 3]).unwrap()), [100, 9]),
-        (Material::OrenNayar(OrenNayar::new([0.8, 0.5, 0.1], 30.0).unwrap()), [60, 9]),
-        (Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap()), [20, 8]),
-    ];
-    for (material, [highest_l, highest_p]) in materials {
-        let full = project(&material, Choice::Full, Stop::NEVER).unwrap();
-        let exact = project(&material, degree(highest_l, highest_p), Stop::NEVER).unwrap().coefficients;
-        let (mut apart, mut norm) = (0.0, 0.0);
-        for l in 0..=highest_l {
-            for p in 0..=highest_p {
-                for q in 0..=p {
-                    let (a, b) = (full.coefficients.get(l, p, q), exact.get(l, p, q));
-                    for channel in 0..3 {
-                        apart += (a[channel] - b[channel]).powi(2);
-                        norm += b[channel].powi(2);
-                    }
-                }
-            }
-        }
-        let share: f64 = (apart / norm).sqrt();
-        assert!(share < 2e-3, "{}: {share:.1e}", material.name());
-        assert!(full.captured > 0.9, "{}: {}", material.name(), full.captured);
-    }
-}
-
-/// What a check of rings compares with: the coefficients of the full grid within a percent, also where F is
-/// below P.
-#[test]
-fn a_sketch_is_near_the_full_coefficients() {
-    let metal = Fresnel::Conductor { n: [0.18, 0.42, 1.37], k: [3.42, 2.35, 1.77] };
-    let materials = [
-        Material::Microfacet(Microfacet::new(0.2, [1.0, 0.5, 0.2]).unwrap()),
-        Material::Ggx(Ggx::new(0.3, metal, [1.0; 3]).unwrap()),
-        Material::KajiyaKay(KajiyaKay::new(32.0, [1.0; 3]).unwrap()),
-    ];
-    for material in materials {
-        let full = project(&material, Choice::Full, Stop::NEVER).unwrap().coefficients;
-        for f in [6, 60] {
-            let f = Degree::new(f).unwrap();
-            let sketch = project(&material, Choice::Sketch { f }, Stop::NEVER).unwrap().coefficients;
-            let p = sketch.p();
-            assert!(p.get() == 20 && sketch.f() <= f);
-            let exact = full.cut_to(sketch.f(), p);
-            let pairs = sketch.rho().as_flattened().iter().zip(exact.rho().as_flattened());
-            let apart: f64 = pairs.map(|(a, b)| (a - b) * (a - b)).sum();
-            let norm: f64 = exact.rho().as_flattened().iter().map(|value| value * value).sum();
-            let share = (apart / norm).sqrt();
-            assert!(share < 1e-2, "{} {}: {share:.1e}", material.name(), f.get());
-        }
-    }
-}
-
-/// Phong about R in closed form needs no view, and its F is the least that keeps all but 1e-7.
-#[test]
-fn full_coefficients_of_a_radial_material_have_no_view() {
-    let full = project(&phong(150.0), Choice::Full, Stop::NEVER).unwrap();
-    assert_eq!(full.coefficients.p(), Degree::ZERO);
-    assert!((30..120).contains(&full.coefficients.f().get()), "{}", full.coefficients.f().get());
 }

@@ -32,6 +32,7 @@ pub(crate) const SMALL_MAP_KERNELS: &[u32] = &[
     sh::revisions::TRANSFORM,
     sh::revisions::ROTATION,
     shrm::revisions::DEGREES,
+    shrm::revisions::MEAN_LOBE,
     shrm::revisions::SYNTHESIS,
     shrm::revisions::RESAMPLING,
     shrm::revisions::FIT,

@@ -154,6 +154,7 @@ impl Kind for ExportPage {
         shrm::revisions::RESAMPLING,
         shrm::revisions::BAKING,
         shrm::revisions::DEGREES,
+        shrm::revisions::MEAN_LOBE,
         envmap::revisions::RESAMPLING,
     ];
     const TEXT: &'static str = include_str!("export_page.rs");

@@ -342,6 +342,7 @@ impl Kind for Preview {
         shrm::revisions::RESAMPLING,
         shrm::revisions::BAKING,
         shrm::revisions::DEGREES,
+        shrm::revisions::MEAN_LOBE,
         envmap::revisions::RESAMPLING,
         transfer::revisions::SHADING,
         probes::revisions::BLEND,

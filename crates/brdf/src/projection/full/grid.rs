@@ -17,16 +17,19 @@ pub(in super::super) struct Grid {
     pub(super) outgoing: usize,
     /// The number of nodes of phi over half a turn, even.
     pub(super) azimuths: usize,
+    /// The widest panel of theta_i. What is interpolated over it are moments up to degree P, which are smooth
+    /// away from the central direction.
+    pub(super) widest_panel: f64,
 }
 
 impl Grid {
     /// The grid of [`crate::Choice::Full`].
     pub(in super::super) const fn full() -> Self {
-        Self { f: F, p: P, outgoing: 80, azimuths: 48 }
+        Self { f: F, p: P, outgoing: 80, azimuths: 48, widest_panel: 0.2 }
     }
 
-    /// A coarse grid up to this F: two fifths of the samples.
+    /// A coarse grid up to this F: a third of the samples.
     pub(in super::super) fn sketch(f: usize) -> Self {
-        Self { f: f.min(F), p: 20, outgoing: 48, azimuths: 32 }
+        Self { f: f.min(F), p: 20, outgoing: 48, azimuths: 32, widest_panel: 0.4 }
     }
 }

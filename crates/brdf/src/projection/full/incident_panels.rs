@@ -13,10 +13,6 @@ use crate::projection::legendre::Legendre;
 /// The number of nodes of a panel of theta_i, and of a part of one.
 pub(super) const NODES: usize = 8;
 
-/// The widest panel. What is interpolated are moments up to degree P, which are smooth away from the central
-/// direction.
-const WIDEST: f64 = 0.2;
-
 /// The widest part of a panel times the highest degree F: its nodes resolve that degree.
 const WIDEST_PART: f64 = 17.0;
 
@@ -41,16 +37,20 @@ struct PanelPart {
     shares: [[F64x4; NODES / LANES]; NODES],
 }
 
-/// The panels over 0 to pi, in parts that resolve degree `f`.
-pub(super) fn incident_panels(f: usize) -> Vec<IncidentPanel> {
-    let widest_part = WIDEST_PART / f.max(1) as f64;
+/// The panels over 0 to pi. A right angle, where a surface seen by its normal has its horizon, is an edge.
+pub(super) fn incident_panels(grid: Grid) -> Vec<IncidentPanel> {
+    let widest_part = WIDEST_PART / grid.f.max(1) as f64;
     let mut edges = vec![0.0];
     let mut edge: f64 = 2e-4;
-    while edge < PI - WIDEST / 2.0 {
+    while GROWTH * edge < grid.widest_panel {
         edges.push(edge);
-        edge += (GROWTH * edge).min(WIDEST);
+        edge += GROWTH * edge;
     }
-    edges.push(PI);
+    edges.push(edge);
+    for (from, to) in [(edge, PI / 2.0), (PI / 2.0, PI)] {
+        let count = ((to - from) / grid.widest_panel).ceil();
+        edges.extend((1..=count as usize).map(|i| from + (to - from) * i as f64 / count));
+    }
     let (angles, weights) = gauss_legendre(NODES);
     let (x, weights): ([f64; NODES], [f64; NODES]) =
         (std::array::from_fn(|i| -math::cos(angles[i])), std::array::from_fn(|i| weights[i]));
@@ -174,7 +174,7 @@ mod tests {
                 .zip(&weights)
                 .map(|(theta, weight)| weight * highlight(*theta) * of(*theta))
                 .sum();
-            let panels = incident_panels(f);
+            let panels = incident_panels(Grid { f, ..Grid::full() });
             let (mut sum, mut plain) = (0.0, 0.0);
             for panel in &panels {
                 let values = panel.angles.map(highlight);

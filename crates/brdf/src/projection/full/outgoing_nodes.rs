@@ -104,9 +104,10 @@ impl OutgoingNodes {
                 (0..3).for_each(|channel| squares[channel] += value[channel] * value[channel]);
             }
             let squares: f64 = squares.iter().sum();
-            if !squares.is_finite()
-                && let Some(j) = values.iter().position(|value| !value.iter().all(|value| value.is_finite()))
-            {
+            if !squares.is_finite() {
+                let is_wild =
+                    |value: &[f64; 3]| !value.iter().map(|value| value * value).sum::<f64>().is_finite();
+                let j = values.iter().position(is_wild).unwrap_or(0);
                 return Err(NotFinite { theta_i, theta_o: *theta_o, phi: azimuth(j, azimuths) });
             }
             energy += weight * TAU / azimuths as f64 * squares;

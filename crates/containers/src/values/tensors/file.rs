@@ -108,6 +108,7 @@ impl Writer {
         let header = self.header();
         // The data move, which takes less time than a copy in memory that is new.
         let mut bytes = self.data;
+        bytes.reserve_exact(header.len());
         bytes.splice(0..0, header);
         bytes
     }
