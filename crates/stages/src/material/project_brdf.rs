@@ -24,7 +24,8 @@
 //! surface's horizon (N.L <= 0, with N half way between R and the view) is not reflected; that edge lies
 //! between panels, so it costs no accuracy. For smooth models the coefficients are accurate to 1e-6 of
 //! their norm. Only phong and lambert are radially symmetric: P = 0, in closed form.
-//! Without `degree` and `tolerance` the panels are fixed, and the coefficients are within 0.2 % of their norm.
+//! Without `degree` and `tolerance` the panels are fixed; the coefficients are then within 0.2 % of their
+//! norm.
 //!
 //! ## Degrees
 //!
