@@ -174,12 +174,13 @@ impl WithSimd for OutgoingMoments<'_> {
                     // f_pq past a right angle is the same again if p + q is even, and negative if it is odd.
                     let [even, odd] =
                         if p.is_multiple_of(2) { [sums, differences] } else { [differences, sums] };
-                    let evens = (0..p / 2 / LANES + 1).map(|k| (k, even));
-                    let odds = (EVEN..EVEN + p.div_ceil(2).div_ceil(LANES)).map(|k| (k, odd));
-                    for (k, series) in evens.chain(odds) {
-                        let (term, factor) = (load(simd, &functions[k]), load(simd, &series[channel][k]));
-                        let sum = simd.mul_add_f64s(term, factor, load(simd, &moments[k]));
-                        store(simd, sum, &mut moments[k]);
+                    let odds = EVEN..EVEN + p.div_ceil(2).div_ceil(LANES);
+                    for (vectors, series) in [(0..p / 2 / LANES + 1, even), (odds, odd)] {
+                        for k in vectors {
+                            let (term, factor) = (load(simd, &functions[k]), load(simd, &series[channel][k]));
+                            let sum = simd.mul_add_f64s(term, factor, load(simd, &moments[k]));
+                            store(simd, sum, &mut moments[k]);
+                        }
                     }
                 }
             }
